@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -13,10 +14,18 @@ from arael.sketch.layout.splines import basis_of, pieces, poles_of
 
 Part = tuple[Row, float]
 
+#: Whether two points, by offsets, are one place.
+Same = Callable[[int, int], bool]
+
 _ORIGIN = Constant((0.0, 0.0))
 
 #: Kinds whose length is a sum of rows of the model.
 WITH_LENGTH = ("line", "circle", "arc")
+
+
+def apart(a: int, b: int) -> bool:
+    """`Same` where nothing is known of joints."""
+    return a == b
 
 
 def length_of(curve: Operand) -> list[Part]:
@@ -31,9 +40,9 @@ def length_of(curve: Operand) -> list[Part]:
     return []
 
 
-def area_of(curves: list[Operand], values: Values) -> list[Part]:
+def area_of(curves: list[Operand], values: Values, same: Same) -> list[Part]:
     """Rows that add up to the area inside a closed chain of curves, which is positive."""
-    turned = directions(curves, values)
+    turned = directions(curves, values, same)
     parts = [
         (row, factor if forwards else -factor)
         for curve, forwards in zip(curves, turned, strict=True)
@@ -44,9 +53,9 @@ def area_of(curves: list[Operand], values: Values) -> list[Part]:
     return parts
 
 
-def measured_area(curves: list[Operand], values: Values) -> float:
+def measured_area(curves: list[Operand], values: Values, same: Same = apart) -> float:
     """Area inside a closed chain of curves."""
-    return abs(_signed_area(curves, directions(curves, values), values))
+    return abs(_signed_area(curves, directions(curves, values, same), values))
 
 
 def measured_length(curve: Operand, values: Values) -> float:
@@ -69,25 +78,30 @@ def size_of(curves: list[Operand], values: Values) -> float:
     return found or 1.0
 
 
-def directions(curves: list[Operand], values: Values) -> list[bool]:
+def directions(curves: list[Operand], values: Values, same: Same) -> list[bool]:
     """Whether each curve of a chain, in any order, runs forwards along it.
 
-    The chain leaves the first curve by its end, and goes on with the curve whose end is nearest.
+    The chain leaves the first curve by its end, and goes on with the curve that has an end in the
+    same place; without one, amid a change or where no joint holds the outline, with the nearest.
     """
     found = [True] * len(curves)
-    ends = [tuple(place(values, end) for end in curve.ends) for curve in curves]
-    if not all(ends):
+    if not all(curve.ends for curve in curves):
         return found
-    here = ends[0][1]
+    here = curves[0].ends[1]
     left = dict.fromkeys(range(1, len(curves)))
     while left:
-        _, k, backwards = min(
-            (math.dist(here, end), k, bool(which))
+        _, _, k, backwards = min(
+            (
+                not same(here, end),
+                math.dist(place(values, here), place(values, end)),
+                k,
+                bool(which),
+            )
             for k in left
-            for which, end in enumerate(ends[k])
+            for which, end in enumerate(curves[k].ends)
         )
         found[k] = not backwards
-        here = ends[k][0] if backwards else ends[k][1]
+        here = curves[k].ends[0] if backwards else curves[k].ends[1]
         del left[k]
     return found
 

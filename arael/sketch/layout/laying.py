@@ -52,7 +52,9 @@ class Laying(Aliases):
         def program(text: str) -> Program | None:
             return following.program_of(document, record, text)
 
-        return quantities.plan_of(record, operands(document, record.args), values, program)
+        return quantities.plan_of(
+            record, operands(document, record.args), values, program, self.same
+        )
 
     def _lay(self, laid: Laid, values: NDArray[np.float64]) -> None:
         name = laid.record.name
@@ -89,7 +91,9 @@ class Laying(Aliases):
         if not plan.settings:
             return
         args = operands(self.document, dimension.args)
-        now = quantities.measure(dimension.kind, args, values, dimension.side, dimension.mode)
+        now = quantities.measure(
+            dimension.kind, args, values, dimension.side, dimension.mode, self.same
+        )
         amount = cast("Amount", dimension.value)
         number = quantities.inner(dimension.kind, amount.number)
         for setting in plan.settings:

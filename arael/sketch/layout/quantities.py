@@ -48,17 +48,19 @@ def plan_of(
     args: list[Operand],
     values: Values,
     program_of: Callable[[str], Program | None] = lambda text: None,
+    same: chains.Same = chains.apart,
 ) -> Plan:
     """What a dimension contributes: nothing if it is derived.
 
     Parameters
     ----------
     program_of : a text of an amount as a program, where it follows geometry
+    same : which points are one place: how the curves of an outline follow each other
     """
     plan = Plan()
     if dimension.derived:
         return plan
-    quantity = quantity_of(dimension, args, values)
+    quantity = quantity_of(dimension, args, values, same)
     middle: float | None = None
     if dimension.kind == "xangle" and not args[0].is_elliptic:
         middle = _middle(dimension)
@@ -84,7 +86,7 @@ def plan_of(
         def start(
             values: Values, bound: float = bound, direction: float = direction
         ) -> tuple[float]:
-            now = measure(dimension.kind, args, values, dimension.side, dimension.mode)
+            now = measure(dimension.kind, args, values, dimension.side, dimension.mode, same)
             if middle is not None:
                 now = middle + math.remainder(now - middle, math.tau)
             return (max(0.0, factor * direction * (now - bound)),)
@@ -102,8 +104,13 @@ def plan_of(
     return plan
 
 
-def quantity_of(dimension: Dimension, args: list[Operand], values: Values) -> Quantity:
+def quantity_of(
+    dimension: Dimension, args: list[Operand], values: Values, same: chains.Same
+) -> Quantity:
     """The quantity of a dimension."""
+    if dimension.kind == "area":
+        parts = chains.area_of(args, values, same)
+        return Quantity(parts, size=1.0 / chains.size_of(args, values))
     return MAKERS[dimension.kind](args, values, dimension.side, dimension.mode)
 
 
@@ -277,10 +284,6 @@ def _total_length(args: list[Operand], values: Values, side: int, mode: str) -> 
     return Quantity([part for curve in args for part in chains.length_of(curve)])
 
 
-def _area(args: list[Operand], values: Values, side: int, mode: str) -> Quantity:
-    return Quantity(chains.area_of(args, values), size=1.0 / chains.size_of(args, values))
-
-
 def side_of_quantity(kind: str, args: list[Operand], values: Values) -> int:
     """Sign of a quantity as it is drawn: of distances to a line, of offsets, of angles; else 0."""
     first = args[0]
@@ -301,10 +304,18 @@ def side_of_quantity(kind: str, args: list[Operand], values: Values) -> int:
     return sign(cross(towards(values, *line.line), towards(values, line.line[0], point)))
 
 
-def measure(kind: str, args: list[Operand], values: Values, side: int = 0, mode: str = "") -> float:
+def measure(
+    kind: str,
+    args: list[Operand],
+    values: Values,
+    side: int = 0,
+    mode: str = "",
+    same: chains.Same = chains.apart,
+) -> float:
     """A quantity as it is drawn, angles in radians.
 
-    Signed quantities are positive on their side; without a side they are absolute.
+    Signed quantities are positive on their side; without a side they are absolute. `same` tells
+    which points are one place, where the numbers of a change do not show it yet.
     """
     first = args[0]
     side = side or side_of_quantity(kind, args, values) or 1
@@ -334,7 +345,7 @@ def measure(kind: str, args: list[Operand], values: Values, side: int = 0, mode:
         u = towards(values, *first.line)
         return math.atan2(u[1], u[0]) + _turn_near(u)
     if kind == "area":
-        return chains.measured_area(args, values)
+        return chains.measured_area(args, values, same)
     return sum(chains.measured_length(curve, values) for curve in args)
 
 
@@ -363,5 +374,4 @@ MAKERS: dict[str, Maker] = {
     "angle": _angle,
     "xangle": _xangle,
     "total_length": _total_length,
-    "area": _area,
 }
