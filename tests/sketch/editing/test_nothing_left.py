@@ -19,3 +19,16 @@ def test_a_tiny_line_is_not_made_a_point() -> None:
     start, end = session.document.numbers_of("L0").reshape(2, 2)
     assert start == pytest.approx((3, 3))
     assert abs(end - start).max() == pytest.approx(2e-6)
+
+
+def test_an_ellipse_is_not_made_flat() -> None:
+    """Its contacts with other curves are lost in rounding."""
+    session = Session()
+    session.run("add_ellipse 0,0 3 1 20")
+    before = session.document.numbers_of("EA0").copy()
+    with pytest.raises(AraelError) as refused:
+        session.run("radius_b EA0 1e-6")
+    assert refused.value.diagnostics[0].code == "E1220"
+    assert (session.document.numbers_of("EA0") == before).all()
+    session.run("radius_b EA0 1e-5")
+    assert session.document.numbers_of("EA0")[3] == pytest.approx(1e-5)
