@@ -87,7 +87,7 @@ class Extents:
         self._splines = splines
 
     def collapses(self, values: Floats, least: float) -> bool:
-        """Whether a line or round curve has no extent above `least` at these numbers, or is flat."""
+        """Whether a line or round curve has no extent above `least`, or an ellipse is flat."""
         return any_short(values, self._lines, self._radii, least) or bool(self._flat(values))
 
     def lost(self, before: Floats, now: Floats, least: float) -> list[Entity]:
