@@ -13,6 +13,9 @@ from arael.sketch.layout.state import State
 #: Places of locks that differ by less than this share of the numbers are one.
 LOCK_TOLERANCE = 1e-10
 
+#: What `_axis` says of the second number of a point.
+_Y = 2
+
 
 class Aliases(State):
     """Coincident points get one column; what is locked or fixed becomes a constant."""
@@ -44,6 +47,9 @@ class Aliases(State):
         values = self.document.values
         for at in touched:
             if at in done or at >= len(self._root) or self._column[at] < 0:
+                continue
+            if self._axis[at] == _Y:
+                # A point began here that is gone since, and another entity took its numbers.
                 continue
             width = self._width(at)
             members = list(self.places.members(at)) if width == 2 else [at]

@@ -63,6 +63,25 @@ def test_a_coincidence_that_closes_nothing_new_is_redundant_at_once() -> None:
     d.layout.check()
 
 
+def test_a_point_where_another_began_keeps_its_place() -> None:
+    """What is undone and drawn otherwise at once leaves the same offsets to other entities."""
+    d = Drawing()
+    d.add("point", 0.0, 0.0)
+    d.add("circle", 5.0, 5.0, 1.0)
+    circle = d.document.entities["A0"].at
+    d.add("line", 1.0, 1.0, 2.0, 2.0)
+    d.constrain("coincident", "L0.p1", "P0")
+    d.layout.refresh()
+    for _ in range(3):
+        d.document.undo()
+    d.add("line", 1.0, 1.0, 2.0, 2.0)
+    assert d.document.entities["L0"].at == circle
+    d.constrain("coincident", "P0", "L0.p2")
+    d.layout.refresh()
+    assert names(d.layout) == {f"{point}.{axis}" for point in ("L0.p1", "P0.pos") for axis in "xy"}
+    d.layout.check()
+
+
 def test_centres_of_concentric_curves_are_one_unknown() -> None:
     d = Drawing()
     d.add("circle", 0.0, 0.0, 1.0)
