@@ -1,8 +1,19 @@
-"""Feet of a point on an ellipse."""
+"""Feet of a point on an ellipse, and normals through it."""
 
 from __future__ import annotations
 
-from math import atan2, copysign, sqrt
+from collections.abc import Callable
+from math import atan2, copysign, hypot, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+#: Of half a turn.
+_SAMPLES = 90
+#: What counts as zero where two normals are one, as a part of the numbers it comes from.
+_ROUNDING = 1e-14
 
 
 def ellipse_feet(x: float, y: float, rx: float, ry: float) -> list[float]:
@@ -15,6 +26,44 @@ def ellipse_feet(x: float, y: float, rx: float, ry: float) -> list[float]:
     if rx < ry:  # the longer radius is taken first: exchange the axes
         return [atan2(up, across) for up, across in _feet(y, x, ry, rx)]
     return [atan2(sy, sx) for sx, sy in _feet(x, y, rx, ry)]
+
+
+def ellipse_normals(x: float, y: float, rx: float, ry: float) -> list[float]:
+    """Eccentric angles of all points whose normal passes through (x, y): two to four.
+
+    The nearest and the farthest point are among them. They are looked for between samples at equal
+    steps of the angle and of the direction of the normal, which turns within ry / rx of the tips of
+    a flat ellipse, and between extrema, so that two that are close are told apart; those that are
+    one but for rounding are there as well.
+    """
+
+    def miss(t: Floats) -> Floats:
+        # cross product of the normal and the way to (x, y), times rx ry
+        return rx * np.sin(t) * (x - rx * np.cos(t)) - ry * np.cos(t) * (y - ry * np.sin(t))
+
+    def slope(t: Floats) -> Floats:
+        c, s = np.cos(t), np.sin(t)
+        across, along = rx * c * (x - rx * c) + (rx * s) ** 2, ry * s * (y - ry * s) + (ry * c) ** 2
+        return across + along
+
+    steps = np.arange(-_SAMPLES, _SAMPLES + 1) * (np.pi / _SAMPLES)
+    t = np.unique(np.concatenate([steps, np.arctan2(ry * np.sin(steps), rx * np.cos(steps))]))
+    extrema = _roots(slope, t)
+    size = max(rx, ry) * (max(rx, ry) + hypot(x, y))
+    double = extrema[np.abs(miss(extrema)) <= _ROUNDING * size]
+    found = _roots(miss, np.unique(np.concatenate([t, extrema])))
+    return [float(angle) for angle in (*found, *double)]
+
+
+def _roots(function: Callable[[Floats], Floats], t: Floats) -> Floats:
+    """Where a function changes its sign between neighbours of `t`, by bisection to the end."""
+    below = function(t) < 0.0
+    at = np.flatnonzero(below[:-1] != below[1:])
+    low, high, below = t[at], t[at + 1], below[at]
+    while (((middle := (low + high) / 2) > low) & (middle < high)).any():
+        same = (function(middle) < 0.0) == below
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return high
 
 
 def _feet(x: float, y: float, a: float, b: float) -> list[tuple[float, float]]:

@@ -150,12 +150,16 @@ def _rounds(plan: Plan, first: Operand, second: Operand, values: Values, alike: 
 
 
 def contact(values: Values, first: Operand, second: Operand) -> tuple[float, float]:
-    """Point where two round curves touch, or nearly do.
+    """Point where two round curves touch, or nearly do; one of them at least is an ellipse.
 
-    Of the places of the smaller curve that are nearer to the other one than their neighbours are,
+    With a circle, that is where a normal of the ellipse passes through its centre. Of two ellipses:
+    of the places of the smaller curve that are nearer to the other one than their neighbours are,
     moved to where both have a common normal, so that what touches already needs no motion: the one
     where gap and crossing are least. Curves that touch in one point may cross in others.
     """
+    if first.is_circular or second.is_circular:
+        ellipse, circle = (second, first) if first.is_circular else (first, second)
+        return _contact_with_circle(values, ellipse, circle)
     if _radius(values, second) < _radius(values, first):
         first, second = second, first
     nearest = _nearest(values, first, second)
@@ -169,6 +173,20 @@ def contact(values: Values, first: Operand, second: Operand) -> tuple[float, flo
                 foot = _foot(values, second, _at(values, first, beside))
                 found.append(_touching(values, first, second, beside, foot))
     return min(found)[1]
+
+
+def _contact_with_circle(values: Values, ellipse: Operand, circle: Operand) -> tuple[float, float]:
+    """Where an ellipse and a circle touch, or their gap along a normal of both is least."""
+    # imported here: start-up time
+    from arael.sketch.geometry.feet import ellipse_normals
+
+    center, radius = place(values, circle.center), float(values[circle.circle.r])
+    x, y = towards(values, ellipse.center, circle.center)
+    _, rx, ry, rot = (float(values[at]) for at in ellipse.ellipse)
+    c, s = math.cos(rot), math.sin(rot)
+    normals = ellipse_normals(c * x + s * y, c * y - s * x, abs(rx), abs(ry))
+    places = [_at(values, ellipse, angle) for angle in normals]
+    return min(places, key=lambda p: abs(math.dist(p, center) - radius))
 
 
 def _touching(

@@ -47,3 +47,29 @@ def test_the_place_is_on_both() -> None:
         curve = Ellipse((x, y), rx, ry, rotation)
         points = np.array([curve.point_at(t) for t in np.linspace(0, 1, 200_001)])
         assert np.hypot(*(points - PLACE).T).min() < 1e-3
+
+
+@pytest.mark.parametrize("aspect", [1e-1, 1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_circle_touches_a_flat_ellipse_where_it_was_drawn_to(aspect: float, side: int) -> None:
+    """At its flanks and at its tips, from outside and from inside, where it crosses it as well."""
+    rng = np.random.default_rng(5)
+    for k in range(40):
+        rx = rng.uniform(1, 5)
+        ry = rx * aspect * rng.uniform(1, 3)
+        rotation, radius = rng.uniform(0, 2 * math.pi), rng.uniform(0.3, 4)
+        angle = rng.choice([0, math.pi]) + 3 * aspect * rng.normal()
+        if k % 2:
+            angle = rng.uniform(0, 2 * math.pi)
+        point = np.array([rx * math.cos(angle), ry * math.sin(angle)])
+        normal = np.array([ry * math.cos(angle), rx * math.sin(angle)])
+        center = point + side * radius * normal / math.hypot(*normal)
+        c, s = math.cos(rotation), math.sin(rotation)
+        turned = np.array([[c, -s], [s, c]])
+        document = Document()
+        with document.transaction("draw"):
+            document.add_entity("ellipse", (0, 0, rx, ry, rotation))
+            document.add_entity("circle", (*(turned @ center), radius))
+        ellipse, circle = operands(document, tuple(document.entities))
+        found = contact(document.values, ellipse, circle)
+        assert math.dist(found, turned @ point) < 1e-12
