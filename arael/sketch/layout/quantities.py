@@ -78,10 +78,11 @@ def plan_of(
         _equation(plan, quantity, inner(dimension.kind, dimension.value.number))
         return plan
     total, factor = _measured(quantity)
+    implied = _implied(dimension)
     for what, amount, direction in (("low", dimension.low, 1.0), ("high", dimension.high, -1.0)):
-        if amount is None:
+        if amount is None and what not in implied:
             continue
-        bound = inner(dimension.kind, amount.number)
+        bound = implied[what] if amount is None else inner(dimension.kind, amount.number)
 
         def start(
             values: Values, bound: float = bound, direction: float = direction
@@ -94,14 +95,30 @@ def plan_of(
         slack = plan.hide(Hidden((f"slack.{what}",), start, 0.0))
         # quantity - bound - slack = 0, or bound - quantity - slack = 0.
         parts = tuple((row, direction * part) for row, part in total)
-        program = program_of(amount.text)
+        program = program_of(amount.text) if amount is not None else None
         if program is not None:
             scale = direction * factor * turn
             plan.sums.append(Sum(parts, 0.0, ((slack, -1.0),), program, scale))
             continue
         plan.sums.append(Sum(parts, direction * factor * bound, ((slack, -1.0),)))
-        plan.settings.append(Setting("sums", len(plan.sums) - 1, what, direction * factor))
+        if amount is not None:
+            plan.settings.append(Setting("sums", len(plan.sums) - 1, what, direction * factor))
     return plan
+
+
+def _implied(dimension: Dimension) -> dict[str, float]:
+    """The other end of a range of angles that has one: none, or half a turn.
+
+    Beyond them lies where the measure wraps around, -90 and 270 degrees, which a range without an
+    end would reach. A range that begins beyond half a turn has no other end.
+    """
+    if dimension.kind != "angle":
+        return {}
+    if dimension.high is not None:
+        return {} if dimension.low is not None else {"low": 0.0}
+    if dimension.low is not None and math.radians(dimension.low.number) <= math.pi:
+        return {"high": math.pi}
+    return {}
 
 
 def quantity_of(

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
 from arael.sketch.document.records import Amount, Dimension, Parameter
 from arael.sketch.expressions.evaluation import number
@@ -387,3 +388,24 @@ def test_the_sweep_of_an_arc_whose_ends_are_one_place_has_no_side() -> None:
     session.run("delete C1")
     assert guards() == ["ScalarValue", "SweepGuard"]
     layout.check()
+
+
+@pytest.mark.parametrize(("bound", "inside"), [(">= 100", (100, 180)), ("<= 80", (0, 80))])
+def test_a_range_of_an_angle_with_one_end_has_half_a_turn(
+    bound: str, inside: tuple[float, float]
+) -> None:
+    """Without the other end it would reach where the measure wraps around, and count as open."""
+    session = Session()
+    session.run("add_line 0,0 5,0; fix L0; add_line 0,0 -3,4; length L1 5")
+    if inside[1] < 90:
+        session.run("drag L1.p2 3,4")
+    session.run(f"angle L0 L1 {bound}")
+    for k in range(0, 360, 15):
+        x, y = 4 * math.cos(math.radians(k)), 4 * math.sin(math.radians(k))
+        try:
+            session.run(f"drag L1.p2 {x},{y}")
+        except AraelError as refused:
+            assert refused.diagnostics[0].code.startswith("E12")
+        found = session.editor.measure("angle", ("L0", "L1"))
+        assert inside[0] - 1e-6 <= found <= inside[1] + 1e-6
+        assert abs(Layout(session.document).linearisation().residuals).max() < 1e-9
