@@ -29,7 +29,9 @@ def ellipse_feet(x: float, y: float, rx: float, ry: float) -> list[float]:
 
 
 def ellipse_normals(x: float, y: float, rx: float, ry: float) -> list[float]:
-    """Eccentric angles of all points whose normal passes through (x, y): two to four.
+    """Eccentric angles of the points whose normal passes through (x, y): two to four.
+
+    Of the centre of a circle, whose normals all do, the angle 0.
 
     The nearest and the farthest point are among them. They are looked for between samples at equal
     steps of the angle and of the direction of the normal, which turns within ry / rx of the tips of
@@ -52,7 +54,7 @@ def ellipse_normals(x: float, y: float, rx: float, ry: float) -> list[float]:
     size = max(rx, ry) * (max(rx, ry) + hypot(x, y))
     double = extrema[np.abs(miss(extrema)) <= _ROUNDING * size]
     found = _roots(miss, np.unique(np.concatenate([t, extrema])))
-    return [float(angle) for angle in (*found, *double)]
+    return [float(angle) for angle in (*found, *double)] or [0.0]
 
 
 def _roots(function: Callable[[Floats], Floats], t: Floats) -> Floats:

@@ -73,3 +73,12 @@ def test_a_circle_touches_a_flat_ellipse_where_it_was_drawn_to(aspect: float, si
         ellipse, circle = operands(document, tuple(document.entities))
         found = contact(document.values, ellipse, circle)
         assert math.dist(found, turned @ point) < 1e-12
+
+
+def test_a_circle_about_the_centre_of_a_round_ellipse_touches_it_somewhere() -> None:
+    document = Document()
+    with document.transaction("draw"):
+        document.add_entity("ellipse", (1, 2, 3, 3, 0.5))
+        document.add_entity("circle", (1, 2, 3))
+    ellipse, circle = operands(document, tuple(document.entities))
+    assert math.dist(contact(document.values, ellipse, circle), (1, 2)) == pytest.approx(3)
