@@ -105,9 +105,16 @@ def _local(workers: int | None, security: Any) -> Iterator[Any]:
         "distributed.scheduler.worker-saturation": 1.0,
         # Samples of what a worker does, taken in another thread of it.
         "distributed.worker.profile.enabled": False,
-        # With Dask's 64 kB the memory of a solve goes back to the system after it, and the next
-        # one, of the same size, faults it in again.
+        # With Dask's settings the memory of a solve goes back to the system after it, and the next
+        # one, of the same size, faults it in again: of large arrays, which have pages of their own
+        # once any threshold is set, and of what another thread than the first one asks for.
         "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 256 * 1024**2,
+        "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 32 * 1024**2,
+        "distributed.nanny.pre-spawn-environ.MALLOC_ARENA_MAX": 1,
+        # Ten times a second by default, in each worker and for each in this process.
+        "distributed.worker.memory.monitor-interval": "500ms",
+        "distributed.admin.system-monitor.interval": "10s",
+        "distributed.admin.tick.interval": "500ms",
         # Workers are lost as expected; the outcome of their problems is reported.
         "distributed.worker.daemon": True,
     }

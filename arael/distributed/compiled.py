@@ -37,6 +37,9 @@ if TYPE_CHECKING:
 BY_CHOICE = "the model was loaded with interpret=True"
 NOT_SENT = "the worker joined later, and has no C compiler"
 
+_LOOK = 1.0
+"""Seconds after which it is looked whether a worker that compiles is still there."""
+
 
 class Content(msgspec.Struct, frozen=True):
     """What is sent of a model.
@@ -222,11 +225,28 @@ def _compiled_by(
         future = client.submit(
             compile_kernels, content.code, content.layout.name, workers=[address], pure=False
         )
-        made: Any = future.result()
+        made = _made(client, future, address)
         if not isinstance(made, str):
             return made, ""
         why = made
     return None, why
+
+
+def _made(client: Client, future: Any, address: str) -> tuple[str, bytes] | str:
+    """What a worker compiled, or why it did not; a worker that is gone is not waited for."""
+    while True:
+        try:
+            made: tuple[str, bytes] | str = future.result(timeout=_LOOK)
+            return made
+        except TimeoutError:
+            info: Any = client.scheduler_info
+            if address in info(n_workers=-1)["workers"]:
+                continue
+            future.cancel()
+            return f"the worker that was to compile it has left: {address}"
+        except Exception as error:  # Dask's, of a worker that ended; or the machine's, as of a disk
+            what = str(error).partition("\n")[0] or "it has ended"
+            return f"worker {address} could not compile it: {what}"
 
 
 def compile_kernels(code: str, name: str) -> tuple[str, bytes] | str:

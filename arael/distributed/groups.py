@@ -29,10 +29,17 @@ from arael.statuses import CONVERGED
 
 def solve_group(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:
     """Solve problems on this worker: small ones together if their model allows, else in turn."""
+    if len(tasks) < 2:
+        return solve_in_turn(vouched, tasks, settings, attempt)
     begin(vouched)
     with ONE:
-        if len(tasks) > 1:
-            return solve_together(vouched, tasks, settings, attempt)
+        return solve_together(vouched, tasks, settings, attempt)
+
+
+def solve_in_turn(vouched: str, tasks: list[Task], settings: Settings, attempt: int) -> list[Row]:
+    """Solve problems on this worker, each by itself."""
+    begin(vouched)
+    with ONE:
         return [solve_alone(vouched, task, settings, attempt) for task in tasks]
 
 

@@ -18,9 +18,10 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.progress import place_for
 from arael.distributed.cluster import connect, dashboard, require_dask
 from arael.distributed.compiled import Shipped, ship
-from arael.distributed.groups import solve_group
+from arael.distributed.groups import solve_group, solve_in_turn
 from arael.distributed.progress import Solved
 from arael.distributed.retries import Failed, Going
+from arael.distributed.turns import sizes
 from arael.distributed.work import Row, Settings, Task, read_row
 from arael.model import Model
 
@@ -205,20 +206,31 @@ def _run(
         going[future.key] = Going(some, attempt, future, where)
         queue.add(future)
 
-    try:
-        groups = [tasks[k : k + group] for k in range(0, len(tasks), group)]
-        n = len(groups)
+    def submit(solve: Any, groups: list[list[Task]]) -> None:
         # In one request: the scheduler then knows that they are many, and queues them. No list of
         # futures is kept: a worker has a result as long as a future of it exists here.
-        for future, some in zip(
-            client.map(
-                solve_group, [shipped.hash] * n, groups, [settings] * n, [1] * n, pure=False
-            ),
-            groups,
-            strict=True,
-        ):
+        n = len(groups)
+        futures = client.map(solve, [shipped.hash] * n, groups, [settings] * n, [1] * n, pure=False)
+        for future, some in zip(futures, groups, strict=True):
             begun(future, some, 1)
+
+    left: list[Task] = []
+    known: list[Row] = []
+    try:
+        if group > 1:
+            submit(solve_group, [tasks[k : k + group] for k in range(0, len(tasks), group)])
+        else:
+            first = _threads(client)
+            tasks, left = tasks[:first], tasks[first:]
+            submit(solve_in_turn, [[task] for task in tasks])
         for ended, rows, place in _results(client, queue, going, settings):
+            if left:
+                known += rows
+                if not going or any(row.status != "failed" for row in rows):
+                    there = iter(left)
+                    counts = sizes(len(left), _threads(client), known)
+                    submit(solve_in_turn, [list(itertools.islice(there, n)) for n in counts])
+                    left = []
             for task, row in zip(ended.tasks, rows, strict=True):
                 if row.status == "failed" and ended.attempt == 1:
                     failed.add(task, place or row.worker)
@@ -228,13 +240,18 @@ def _run(
                 for task, where in failed.placed(client, going.values()):
                     placed = {"workers": [where], "allow_other_workers": True} if where else {}
                     future = client.submit(
-                        solve_group, shipped.hash, [task], settings, 2, pure=False, **placed
+                        solve_in_turn, shipped.hash, [task], settings, 2, pure=False, **placed
                     )
                     begun(future, [task], 2, where)
     finally:
         queue.clear()
         cancel: Any = client.cancel
         cancel([one.future for one in going.values()])
+
+
+def _threads(client: Client) -> int:
+    nthreads: Any = client.nthreads
+    return max(1, sum(int(count) for count in nthreads().values()))
 
 
 def _results(
