@@ -12,7 +12,9 @@ _ROUNDING = 1e-8
 """Relative length of a step that counts as zero."""
 
 
-def standing_on_bounds(problem: Problem, diagonal: NDArray[np.float64]) -> dict[int, str]:
+def standing_on_bounds(
+    problem: Problem, gradient: NDArray[np.float64], diagonal: NDArray[np.float64]
+) -> dict[int, str]:
     """Scalars on an active bound: the gradient points outwards or is zero.
 
     A scalar on a bound whose gradient points inwards is free.
@@ -20,7 +22,7 @@ def standing_on_bounds(problem: Problem, diagonal: NDArray[np.float64]) -> dict[
     Parameters
     ----------
     problem : at its current values
-    diagonal : (size,) of J'J
+    gradient, diagonal : (size,) J'r, and of J'J
 
     Returns
     -------
@@ -28,7 +30,6 @@ def standing_on_bounds(problem: Problem, diagonal: NDArray[np.float64]) -> dict[
     """
     system = problem.structure.system
     scalars = np.flatnonzero(np.isfinite(system.low) | np.isfinite(system.high))
-    gradient = np.asarray(problem.evaluation.linearised()[1], dtype=np.float64)
     single = problem.layout.precision == "f32"
     found = {}
     for scalar, entity, at in zip(scalars, *stored_places(system, scalars), strict=True):

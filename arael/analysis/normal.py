@@ -72,7 +72,8 @@ class NormalEquations:
         diagonal[self._row[at]] = values[at]
         diagonal[problem.structure.system.held] = 1
         if hold_bounds and problem.box.count:
-            self._hold(standing_on_bounds(problem, diagonal), values, diagonal)
+            gradient = np.asarray(problem.evaluation.linearised()[1], dtype=np.float64)
+            self._hold(standing_on_bounds(problem, gradient, diagonal), values, diagonal)
         self._unit = (diagonal > 0).astype(np.float64)
         self.scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self._values = values * self.scale[self._row] * self.scale[self._column]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.analysis.bounds import standing_on_bounds
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.distributed.parts.team import Team
 from arael.runtime.failures import SolveError
@@ -17,6 +18,8 @@ Floats = NDArray[np.float64]
 class PartCovariance:
     """Marginal covariances at the solution, ``(J'J)^-1`` for whitened residuals.
 
+    Scalars on an active bound are not free: they have no variance, as on one machine.
+
     The undamped matrix is factorised once, in parts. A marginal takes a sweep of the part that has
     the entity, a solution of the boundary system and a sweep back, for each scalar.
 
@@ -28,9 +31,14 @@ class PartCovariance:
 
     def __init__(self, problem: Problem, team: Team) -> None:
         self._problem, self._team = problem, team
-        _, _, diagonal = team.linearise(problem.states)
+        _, gradient, diagonal = team.linearise(problem.states)
         diagonal = diagonal.copy()
         diagonal[problem.structure.system.held] = 1
+        on_bounds = list(standing_on_bounds(problem, gradient, diagonal))
+        team.hold(np.array(on_bounds, dtype=np.int64))
+        diagonal[on_bounds] = 1
+        self._free = np.ones(problem.size, dtype=bool)
+        self._free[on_bounds] = False
         failed, _ = team.factor(diagonal, np.zeros(problem.size))
         if failed:
             raise SolveError(
@@ -70,6 +78,7 @@ class PartCovariance:
                 continue
             found.append(blocks.first[row] + np.flatnonzero(blocks.free[row]))
         scalars = np.concatenate(found)
+        scalars = scalars[self._free[scalars]]
         if not len(scalars):
             what = (
                 f"`{row_name(self._problem.store, collection, row)}` has no free parameter"

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.distributed.parts.shares import Share
+from arael.runtime.assembly.positions import row_and_column_positions
 from arael.runtime.assembly.structure import Structure, structure_of_chosen
 from arael.runtime.layout import Layout
 from arael.runtime.levenberg.remote import curvature_of
@@ -170,19 +171,28 @@ class Part:
             self._swept_at = _places_of_sweeps(self._corner, len(self.boundary))
         return self._solver
 
-    def eliminate(self, damped: Floats, right: Floats) -> int:
+    def eliminate(self, damped: Floats, right: Floats, held: Ints | None = None) -> int:
         """Factorise with the damped diagonal (interior,), and sweep as `sweep` does.
+
+        Parameters
+        ----------
+        held : scalars of the part that stand at a bound: their rows and columns are left out
 
         Returns
         -------
         0, or 1 + the scalar that failed
         """
-        own = self._diagonal
+        own, system = self._diagonal, self._values
+        if held is not None and len(held):
+            own, system = own.copy(), system.copy()
+            own[held] = 0
+            _, positions = row_and_column_positions(self.structure.pattern, held)
+            system[positions] = 0
         shift = np.where(own[self.boundary] > 0, own[self.boundary], 1.0)
         diagonal = np.ones(len(own))
         diagonal[self.interior] = damped
         diagonal[self.boundary] = own[self.boundary] + shift
-        failed = self.solver.factor_forward(self._values, diagonal, self._whole(right))
+        failed = self.solver.factor_forward(system, diagonal, self._whole(right))
         if failed:
             return int(failed)
         self._factor = self._factor_of_boundary()

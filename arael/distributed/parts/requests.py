@@ -31,6 +31,7 @@ from arael.runtime.levenberg.diagnosis import find_non_finite, non_finite
 from arael.runtime.store import Store
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 _KEPT_RUNS = 2
 """Runs of which a worker keeps parts: others were solved before."""
@@ -114,11 +115,15 @@ class Point:
 
 @dataclass(frozen=True)
 class Damped:
-    """A factor of a part: its number in the run, the state, and the damped diagonal (interior,)."""
+    """A factor of a part: its number in the run, the state, and the damped diagonal (interior,).
+
+    `held` are the scalars of the part that stand at a bound, which it leaves out.
+    """
 
     number: int
     at: Point
     diagonal: Floats | None = None
+    held: Ints | None = None
 
     def named(self) -> Damped:
         """The numbers alone."""
@@ -390,7 +395,7 @@ def _sweep(one: Kept, damped: Damped, right: Right) -> int:
         # That of the gradient is swept with the factorisation.
         together = right.at is not None and right.at.number == damped.at.number
         values = _values(one, right) if together else np.zeros(len(one.part.interior))
-        one.failed = one.part.eliminate(damped.diagonal, values)
+        one.failed = one.part.eliminate(damped.diagonal, values, damped.held)
         one.factor = damped.number
         if one.failed:
             return one.failed

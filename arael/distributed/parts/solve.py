@@ -146,7 +146,7 @@ def check_splittable(layout: Layout) -> None:
     Raises
     ------
     AraelError
-        E0895: sums over rows, f32, native functions, bounds.
+        E0895: sums over rows, f32, native functions.
     """
     why = ""
     help_ = "solve it on one machine"
@@ -215,10 +215,6 @@ def prepare(
     store = whole_skeleton(lenient(layout), slim, columns)
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     system = build_system(store, free)
-    if np.isfinite(system.low).any() or np.isfinite(system.high).any():
-        raise refusal(
-            layout, "its parameters have bounds", "solve it on one machine, or remove the bounds"
-        )
     graph = graph_of(store, layout.groups, system)
     _refuse_components(layout, graph)
     if partition_by is not None:

@@ -85,6 +85,7 @@ class Team:
         self._last: tuple[list[Floats], list[Point]] = ([], [])
         self._at: list[Point] = []
         self._own: Floats = np.zeros(0)
+        self._held: list[Ints | None] = []
         self._factor: tuple[list[Damped], Floats] | None = None
         self._factored = -1
         self._system: tuple[BoundarySystem, int] | None = None
@@ -126,8 +127,16 @@ class Team:
                 gradient[whole] += first[mine]
                 diagonal[whole] += second[mine]
         self._own, self._descent = diagonal, -gradient
+        self._held = [None] * len(self._places)
         self._curved = (np.zeros(0), 0.0)
         return total, gradient, diagonal
+
+    def hold(self, scalars: Ints) -> None:
+        """Leave scalars that stand at a bound out of the factors at the present states."""
+        if len(scalars):
+            self._own = self._own.copy()
+            self._own[scalars] = 0
+            self._held = [np.flatnonzero(np.isin(at.every, scalars)) for at in self._places]
 
     def curvature(self, step: Floats) -> float:
         """``step' J'J step`` with the present linearisation."""
@@ -147,8 +156,8 @@ class Team:
         """Factorise with a damped diagonal and solve; 1 + the scalar that failed and None."""
         number = self._next()
         factors = [
-            Damped(number, point, damped[at.interior])
-            for point, at in zip(self._at, self._places, strict=True)
+            Damped(number, point, damped[at.interior], held)
+            for point, at, held in zip(self._at, self._places, self._held, strict=True)
         ]
         self.traffic.out += sum(one.diagonal.nbytes for one in factors if one.diagonal is not None)
         self.traffic.reduced += sum(
@@ -242,7 +251,12 @@ class Team:
             if right is None:
                 continue
             damped = factors[k]
-            thin = Damped(damped.number, damped.at.named(), damped.diagonal if first else None)
+            thin = Damped(
+                damped.number,
+                damped.at.named(),
+                damped.diagonal if first else None,
+                damped.held if first else None,
+            )
             own = Right(right.number, right.values, right.at and right.at.named())
             calls.append(self._call(k, (thin, own, wanted), (damped, right, wanted)))
         self._factored = factors[0].number if factors else -1

@@ -90,9 +90,28 @@ cdef class RemoteEvaluation(Evaluation):
 
 
 cdef class RemoteBox(Box):
-    """The curvature of J'J along a step, by ``parts.curvature(step)``; without bounds."""
+    """Bounds of a problem in parts, and the curvature of its J'J along a step.
+
+    ``parts.hold(scalars)`` gets the scalars that stand at a bound, which the next factors leave
+    out; ``parts.curvature(step)`` returns ``step' H step``.
+    """
 
     cdef public object parts
+
+    cdef void hold(self, void* gradient, void* values) noexcept nogil:
+        with gil:
+            self._hold_of_parts(<double*>gradient, values)
+
+    cdef void _hold_of_parts(self, double* gradient, void* values) noexcept:
+        cdef Py_ssize_t k
+        cdef list moving = [
+            self._scalar[k] for k in range(self.count) if gradient[self._scalar[k]] != 0
+        ]
+        Box.hold(self, gradient, values)
+        try:
+            self.parts.hold(np.array([i for i in moving if gradient[<Py_ssize_t>i] == 0], np.int64))
+        except BaseException as error:
+            self._evaluation.raised.keep(error)
 
     cdef void curvature(
         self, const void* values, const void* step, const int32_t* component, double* total

@@ -197,15 +197,6 @@ def test_a_sum_over_rows_is_refused() -> None:
     assert "sums over the rows of a list" in refused("E0895", model, partition=2)
 
 
-def test_bounds_are_refused() -> None:
-    text = (
-        "struct L { param x: real in 0 .. = 1; constraint c { x - 2 } }; root R { ls: list of L }"
-    )
-    model: Any = arael.loads(text.replace("; root", "\nroot"), interpret=True)()
-    model.ls.append(x=1.0)
-    assert "bounds" in refused("E0895", model, partition=2)
-
-
 def test_single_precision_is_refused() -> None:
     model: Any = arael.load("pose_graph_2d", precision="f32", interpret=True)()
     text = refused("E0895", model, partition=2)
