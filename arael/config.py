@@ -221,9 +221,10 @@ class LmConfig:
 
     def _observed_by(self, observer: Observer) -> LmConfig:
         """A copy of a checked configuration with another observer, which is callable."""
+        self.chosen_strategy()  # kept here, or each copy would find it anew
         found = object.__new__(type(self))
-        kept = {name: value for name, value in self.__dict__.items() if name != "_made"}
-        found.__dict__.update(kept, observer=observer)
+        found.__dict__.update(self.__dict__, observer=observer)
+        found.__dict__.pop("_made", None)
         return found
 
     def chosen_strategy(self) -> str:

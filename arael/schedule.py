@@ -82,6 +82,10 @@ def _listed(paths: str | Iterable[str]) -> tuple[str, ...]:
     return (paths,) if isinstance(paths, str) else tuple(paths)
 
 
+# What a model without passes runs.
+_PLAIN = (layouts.LayoutPass("solve"),)
+
+
 def chosen_passes(
     layout: Layout,
     passes: str | Pass | layouts.LayoutPass | Iterable[str | Pass | layouts.LayoutPass] | None,
@@ -93,9 +97,8 @@ def chosen_passes(
     AraelError
         E1011 for a name that the model does not declare, and what `Pass.compiled` raises.
     """
-    plain = (layouts.LayoutPass("solve"),)
     if passes is None:
-        return layout.passes or plain
+        return layout.passes or _PLAIN
     known = {one.name: one for one in layout.passes}
     chosen: list[layouts.LayoutPass] = []
     wanted = [passes] if isinstance(passes, str | Pass | layouts.LayoutPass) else passes
@@ -112,7 +115,7 @@ def chosen_passes(
             chosen.append(known[one])
         else:
             chosen.append(one.compiled(layout) if isinstance(one, Pass) else one)
-    return tuple(chosen) or plain
+    return tuple(chosen) or _PLAIN
 
 
 def parameter_paths(layout: Layout) -> list[str]:

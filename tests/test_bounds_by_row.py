@@ -314,3 +314,14 @@ def test_what_an_update_sets_has_the_bounds_of_the_model() -> None:
     m = arael.loads(text, interpret=True)()
     with pytest.raises(AraelError, match="an update sets this parameter"):
         m.c.n.low = 0
+
+
+def test_a_system_without_bounds_is_known_as_such_until_a_row_has_some() -> None:
+    free = arael.loads("root R {\n    param k: real = 1\n    constraint c { k - 20 }\n}")()
+    assert free.solve().converged
+    assert free.session.earlier.structure.system.__dict__["bounded"] == ()
+    free.k.high = 3.0
+    assert free.k.value > 3
+    free.k.value = 1.0
+    free.solve()
+    assert free.k.value == 3.0

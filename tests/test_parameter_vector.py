@@ -112,3 +112,16 @@ def test_parameters_given_with_their_flag(scene: arael.Model) -> None:
     assert not scene.bodies[1].pos.fixed
     with pytest.raises(AraelError, match="E0703"):
         scene.scale = {"valeu": 2}
+
+
+def test_the_vector_of_a_result_is_a_copy_that_later_solves_do_not_change(
+    scene: arael.Model,
+) -> None:
+    scene.bodies[1].pos.fixed = True
+    result = scene.solve(freeze="bodies.T")
+    before = result.x.copy()
+    assert result.x.dtype == np.float64 and result.x.base is not scene.session.earlier.states[0]
+    scene.scale.value = 50.0
+    scene.bodies.pos.value[:, 0] += 5.0
+    scene.solve(freeze="bodies.T", max_iters=1)
+    np.testing.assert_array_equal(result.x, before)

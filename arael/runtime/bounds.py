@@ -43,8 +43,10 @@ def ends_of(table: TableLike, column: Column) -> tuple[Floats | None, Floats | N
 
 def bounds_of_scalars(
     store: StoreLike, entity: Entity, rows: NDArray[np.int64] | slice, count: int, moves: Bools
-) -> tuple[Floats, Floats]:
-    """Bounds (count * tangent,) of the scalars of an entity's rows, infinite where held.
+) -> tuple[Floats, Floats, bool]:
+    """Bounds (count * tangent,) of the scalars of an entity's rows, and whether there are any.
+
+    They are infinite where held.
 
     Parameters
     ----------
@@ -56,7 +58,7 @@ def bounds_of_scalars(
     own = store.layout.table(entity.table)
     ends = [ends_of(table, own.column(use.column)) for use in entity.params]
     if all(low is None and high is None for low, high in ends):
-        return _all_open(count * entity.tangent)
+        return *_all_open(count * entity.tangent), False
     for end, open_end in enumerate((-np.inf, np.inf)):
         bounds = np.full((count, entity.tangent), open_end)
         some = False
@@ -69,7 +71,7 @@ def bounds_of_scalars(
         if some and not moves.all():
             bounds[~moves[rows]] = open_end
         found.append(bounds.ravel())
-    return found[0], found[1]
+    return found[0], found[1], True
 
 
 def _all_open(count: int) -> tuple[Floats, Floats]:

@@ -222,7 +222,7 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
     held: list[Ints] = []
     low: list[Floats] = []
     high: list[Floats] = []
-    block, scalar = 0, 0
+    block, scalar, bounded = 0, 0, False
     for entity, moves in zip(layout.entities, free, strict=True):
         starts.append(scalar)
         first, number, still, count = numbered(moves, block, scalar)
@@ -232,9 +232,10 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
         blocks.append(one)
         held.append(still)
         sizes.append(np.full(count, entity.tangent, dtype=np.int64))
-        lower, upper = bounds_of_scalars(store, entity, rows, count, moves)
+        lower, upper, some = bounds_of_scalars(store, entity, rows, count, moves)
         low.append(lower)
         high.append(upper)
+        bounded = bounded or some
         block += count
         scalar += entity.tangent * count
     found = System(
@@ -248,6 +249,8 @@ def build_system(store: StoreLike, free: list[Bools]) -> System:
         tuple(starts),
     )
     found.__dict__["size"] = scalar  # as the cached property keeps it
+    if not bounded:
+        found.__dict__["bounded"] = ()
     return found
 
 
@@ -276,7 +279,7 @@ def hold(system: System, free: list[Bools]) -> System:
         rows = np.flatnonzero(known.first >= 0)
         for ends, found in zip(
             (low, high),
-            bounds_of_scalars(system.store, entity, rows, len(rows), moves),
+            bounds_of_scalars(system.store, entity, rows, len(rows), moves)[:2],
             strict=True,
         ):
             ends.append(found)
@@ -298,7 +301,7 @@ def with_bounds(system: System) -> System:
     high: list[Floats] = [np.zeros(0)]
     for entity, blocks in zip(system.layout.entities, system.blocks, strict=True):
         rows = np.flatnonzero(blocks.first >= 0)
-        lower, upper = bounds_of_scalars(system.store, entity, rows, len(rows), blocks.free)
+        lower, upper, _ = bounds_of_scalars(system.store, entity, rows, len(rows), blocks.free)
         low.append(lower)
         high.append(upper)
     return replace(system, low=np.concatenate(low), high=np.concatenate(high))

@@ -7,6 +7,8 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
+import numpy as np
+
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.session import session_of
@@ -127,7 +129,7 @@ def _choose(model: Any, how: str, session: Any, rotation: str) -> tuple[str, dic
     if how == "file" or at_noise or not store.tables["edges"].size:
         return "file", costs
     graph = graph_of(store, rotation)
-    if (graph.fixed_position & graph.fixed_rotation).all():
+    if np.count_nonzero(graph.fixed_position & graph.fixed_rotation) == len(graph.poses):
         return "file", costs
     # `put` does not change fixed parts, so the columns are restored directly.
     columns = ("t", rotation)
@@ -143,7 +145,7 @@ def _choose(model: Any, how: str, session: Any, rotation: str) -> tuple[str, dic
                 if how != "auto":
                     raise _undetermined(store) from None
                 continue
-            put(store, found[name], rotation)
+            put(store, found[name], rotation, graph)
             placed = name
             _load(problem, columns)
             costs[name] = problem.cost()
@@ -156,7 +158,7 @@ def _choose(model: Any, how: str, session: Any, rotation: str) -> tuple[str, dic
     if chosen != placed:
         _restore(table, before)
         if chosen != "file":
-            put(store, found[chosen], rotation)
+            put(store, found[chosen], rotation, graph)
     return chosen, costs
 
 
@@ -183,7 +185,7 @@ def _coupling(problem: Problem) -> Coupling | None:
     for entity, blocks in zip(problem.layout.entities, structure.system.blocks, strict=True):
         if entity.table != "poses" or not {"t", "th", "q"} > {use.column for use in entity.params}:
             continue
-        if int((blocks.block >= 0).sum()) == structure.pattern.block_count:
+        if np.count_nonzero(blocks.block >= 0) == structure.pattern.block_count:
             return Coupling(structure.pattern, blocks.block)
     return None
 

@@ -30,6 +30,15 @@ def rotation_column(store: Store) -> str:
     ``edges`` with the refs ``a`` and ``b`` to poses, the measured ``t`` and ``th`` or ``q``, and
     the upper Cholesky factor ``u`` of the information, as `pose_graph_2d` and `pose_graph_3d`.
     """
+    # Kept with the layout, on which alone it depends.
+    kept = store.layout.__dict__
+    found = kept.get("_rotation_column")
+    if found is None:
+        found = kept["_rotation_column"] = _rotation_column(store)
+    return str(found)
+
+
+def _rotation_column(store: Store) -> str:
     if not {"poses", "edges"} <= store.tables.keys():
         return ""
     poses, edges = store.tables["poses"], store.tables["edges"]
@@ -54,7 +63,7 @@ def graph_of(store: Store, name: str = "") -> PoseGraph:
     information, coupled = information_of(_copied(edges, "u"))
     a, b, measured = edges.target_rows("a"), edges.target_rows("b"), _poses(edges, name)
     there = (a >= 0) & (b >= 0)
-    if not there.all():
+    if np.count_nonzero(there) < len(there):
         a, b, measured, information = a[there], b[there], measured[there], information[there]
     return PoseGraph(
         _poses(poses, name),
@@ -75,22 +84,26 @@ def residuals_of(store: Store) -> int:
     return table.size * table.data["u"].shape[0]
 
 
-def put(store: Store, found: Poses, name: str = "") -> None:
+def put(store: Store, found: Poses, name: str = "", graph: PoseGraph | None = None) -> None:
     """Write poses into the model, within bounds, except fixed parts.
 
-    `name` is its `rotation_column`, if known.
+    `name` is its `rotation_column`, if known; `graph` its pose graph, which knows what is fixed.
     """
     name = name or rotation_column(store)
     table = store.tables["poses"]
     values = angles(found.rotation) if name == "th" else quaternions(found.rotation)
-    for path, new in (("t", found.position), (name, values)):
-        free = table.free_as_a_whole(path)
+    free = (
+        (table.free_as_a_whole("t"), table.free_as_a_whole(name))
+        if graph is None
+        else (~graph.fixed_position, ~graph.fixed_rotation)
+    )
+    for path, new, moves in (("t", found.position, free[0]), (name, values, free[1])):
         low, high = ends_of(table, table.data[path])
         if low is not None:
             new = np.maximum(new, low.reshape(-1, *new.shape[1:]))
         if high is not None:
             new = np.minimum(new, high.reshape(-1, *new.shape[1:]))
-        np.copyto(table.column(path), new, where=free.reshape(-1, *[1] * (new.ndim - 1)))
+        np.copyto(table.column(path), new, where=moves.reshape(-1, *[1] * (new.ndim - 1)))
 
 
 def _poses(table: Table, name: str) -> Poses:

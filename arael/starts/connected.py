@@ -24,7 +24,9 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
     """
     alone, nothing = np.zeros(count + 1, np.int64), np.zeros(0, np.int64)
     ends = np.ascontiguousarray(a, np.int64), np.ascontiguousarray(b, np.int64)
-    _, labels = connected(alone, nothing, ends[0], ends[1], np.zeros(count, np.uint8))
+    found, labels = connected(alone, nothing, ends[0], ends[1], np.zeros(count, np.uint8))
+    if found == 1:  # as most graphs are
+        return np.zeros(count, np.int64)
     # Labels are numbered in order of their first nodes.
     top = np.maximum.accumulate(labels)
     new = np.ones(count, np.bool_)

@@ -9,6 +9,8 @@ import pytest
 
 import arael
 from arael.starts import WAYS, can_initialise
+from arael.starts.chordal import chordal_poses
+from arael.starts.columns import graph_of, put, rotation_column
 from tests.public_data import public
 from tests.starts import scenes
 from tests.starts.test_chordal import SHAPES, scene
@@ -189,3 +191,27 @@ def test_a_model_with_the_same_collections_is_a_pose_graph(tmp_path: Any) -> Non
     edges = {k: plain.edges[k] for k in ("t", "th", "u")}
     graph.edges.extend(len(ends), a=ends[:, 0], b=ends[:, 1], **edges)
     assert arael.initialise(graph).chosen == "chordal"
+
+
+def test_a_start_written_with_its_graph_is_that_written_by_the_flags() -> None:
+    flagged, known = displaced("2d"), displaced("2d")
+    for model in (flagged, known):
+        model.poses[3].t.fixed = True
+        model.poses[5].th.optimize = False
+    graph = graph_of(known._store)
+    found = chordal_poses(graph)
+    put(flagged._store, found)
+    put(known._store, found, "th", graph)
+    for path in ("t", "th"):
+        np.testing.assert_array_equal(
+            known._store.tables["poses"].column(path), flagged._store.tables["poses"].column(path)
+        )
+
+
+def test_whether_a_model_is_a_pose_graph_is_found_once_for_its_layout(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model = displaced("2d")
+    assert rotation_column(model._store) == "th"
+    monkeypatch.setattr("arael.starts.columns._rotation_column", None)
+    assert rotation_column(model._store) == "th"

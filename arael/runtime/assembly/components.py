@@ -115,15 +115,17 @@ def _uncoupled(structure: Structure, groups: Sequence[Group]) -> tuple[Ints, Int
 
     They are no blocks of the pattern; the instance has one cost all the same.
     """
-    none = np.zeros(0, dtype=np.int64)
-    ones, others = [none], [none]
+    ones: list[Ints] = []
+    others: list[Ints] = []
     for number, group in enumerate(groups):
         coupled = structure.coupled[number]
-        if coupled.all() or not len(structure.placements[number].rows):
+        if np.count_nonzero(coupled) == len(coupled) or not len(structure.placements[number].rows):
             continue
         blocks = blocks_of(structure, number)
         for a, b in sorted(uncoupled_pairs(group)):
             both = (blocks[:, a] >= 0) & (blocks[:, b] >= 0)
             ones.append(blocks[both, a])
             others.append(blocks[both, b])
+    if not ones:
+        return (none := np.zeros(0, dtype=np.int64)), none
     return np.concatenate(ones), np.concatenate(others)

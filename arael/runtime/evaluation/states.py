@@ -59,9 +59,10 @@ def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:
     parts = []
     for entity, blocks, state in zip(system.layout.entities, system.blocks, states, strict=True):
         found = state[: len(blocks.first), : entity.stored]
-        parts.append((found if blocks.every else found[blocks.solved]).ravel())
-    if len(parts) == 1:
-        return np.array(parts[0], dtype=np.float64)
+        parts.append(found if blocks.every else found[blocks.solved])
+    if len(parts) == 1:  # one copy: the states move on
+        return np.array(parts[0], dtype=np.float64, order="C").reshape(-1)
+    parts = [part.reshape(-1) for part in parts]
     return np.concatenate(parts, dtype=np.float64) if parts else np.zeros(0)
 
 
