@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import arael
@@ -19,7 +21,8 @@ ATTEMPTS = {
 
 @pytest.mark.parametrize("name", ATTEMPTS)
 def test_a_graph_ends_soon_within_a_millionth_of_the_least_cost(name: str) -> None:
-    graph = arael.load(f"pose_graph_{name[11]}d")()
+    model: Any = arael.load(f"pose_graph_{name[11]}d")
+    graph = model()
     graph.read(public(f"{name}.g2o"))
     arael.initialise(graph)
     result = graph.solve()
