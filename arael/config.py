@@ -20,14 +20,10 @@ Driver = Callable[[Any], float | None]
 FLOOR_F64 = 1e-12
 FLOOR_F32 = 1.2e-7
 
-# Default of `rel_precision`: of problems of up to so many unknowns, by strategy and precision, and
-# of larger ones, where an attempt takes long and 1e-7 of the cost is far below what noise explains.
-SMALL = 32
+# Default of `rel_precision`, and that of problems of up to so many unknowns in f64.
+REL_PRECISION = 1e-10
 REL_PRECISION_SMALL = 1e-14
-REL_PRECISION_SMALL_DAMPED = 1e-10
-REL_PRECISION = 1e-7
-# A promise of so little that no step realises counts as none.
-ENOUGH = 1e-10
+SMALL = 32
 
 
 @dataclass(frozen=True)
@@ -43,11 +39,9 @@ class LmConfig:
         Predicted decrease of the cost at or below which a solve has converged; 0: off, because a
         useful value depends on the units of the residuals.
     rel_precision :
-        The same as a fraction of the cost. None: 1e-7, which leaves a parameter far closer to the
-        optimum than its standard deviation; where no connected component has more than 32
-        unknowns, so that an attempt takes microseconds, 1e-10, and the dogleg in f64 goes on to
-        1e-14 as long as steps succeed, which gives a fit six digits or more. 1e-12 for more digits
-        of a large problem; 1e-4 for a real-time pass that
+        The same as a fraction of the cost. None: 1e-10; where no connected component has more than
+        32 unknowns, so that an attempt takes microseconds, the dogleg in f64 goes on to 1e-14 as
+        long as steps succeed, which gives a fit six digits or more. 1e-4 for a real-time pass that
         needs a good enough answer. A predicted decrease below the rounding noise of the cost
         (`Result.noise_floor`) always counts as none.
     max_iters :
@@ -255,11 +249,8 @@ class LmConfig:
         if self.rel_precision is not None:
             return self.rel_precision
         size = self.__dict__.get("_largest", size)
-        if size > SMALL:
-            return REL_PRECISION
-        if single or self.chosen_strategy() == "damped":
-            return REL_PRECISION_SMALL_DAMPED
-        return REL_PRECISION_SMALL
+        small = size <= SMALL and not single and self.chosen_strategy() != "damped"
+        return REL_PRECISION_SMALL if small else REL_PRECISION
 
     def for_components(self, largest: int) -> LmConfig:
         """A copy for a problem whose largest connected component has so many unknowns.
@@ -274,7 +265,7 @@ class LmConfig:
     @property
     def enough(self) -> float:
         """Predicted decrease, as a fraction of the cost, that need not be realised."""
-        return ENOUGH if self.rel_precision is None else self.rel_precision
+        return REL_PRECISION if self.rel_precision is None else self.rel_precision
 
     def validate(self) -> None:
         """Raise AraelError (E1010) naming the first setting that makes no sense."""
