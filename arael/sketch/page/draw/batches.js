@@ -4,7 +4,8 @@ import { curveOf } from "../geometry/curves.js";
 import { pointHandles, pointOffset, splitHandle } from "../geometry/handles.js";
 import { traceLettering } from "./lettering.js";
 import { CONSTRUCTION_DASH, STATES, STYLE_DASHES } from "./palette.js";
-import { markPen, trace } from "./paths.js";
+import { trace } from "./paths.js";
+import { drawMarks } from "./stamps.js";
 
 /**
  * @typedef {import("../types.js").Entity} Entity
@@ -157,7 +158,8 @@ export class Batches {
     for (const { state, large, offsets } of this.marks) {
       if (crowded && !large && (state === "free" || state === "defined")) continue;
       const look = STATES[state] ?? STATES.defined;
-      const pen = markPen(ctx, look.end, large ? 3.4 : 2.7, colour(palette, state), palette.background);
+      /** @type {number[]} */
+      const places = [];
       // ends that coincide have one mark
       const seen = new Set();
       for (const at of offsets) {
@@ -167,8 +169,10 @@ export class Batches {
         const key = Math.round(4 * px) * 0x100000 + Math.round(4 * py);
         if (seen.has(key)) continue;
         seen.add(key);
-        pen(px, py);
+        places.push(px, py);
       }
+      const r = large ? 3.4 : 2.7;
+      drawMarks(ctx, { shape: look.end, r, colour: colour(palette, state), back: palette.background }, places);
     }
   }
 }

@@ -6,7 +6,7 @@ import { conicPoint } from "../geometry/conics.js";
  * @typedef {import("../types.js").Point} Point
  * @typedef {import("../types.js").Curve} Curve
  * @typedef {import("../view.js").View} View
- * @typedef {CanvasRenderingContext2D|Path2D} Pen
+ * @typedef {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D|Path2D} Pen
  */
 
 /**
@@ -65,7 +65,7 @@ export function disc(pen, x, y, r) {
 /**
  * Draws marks of points in one of five shapes. Each is drawn by itself, rings as a disc in a disc: the
  * rasteriser has a quick way for one circle or rectangle, and none for a path of many.
- * @param {CanvasRenderingContext2D} ctx
+ * @param {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D} ctx
  * @param {"ring"|"disc"|"square"|"diamond"|"cross"} shape
  * @param {number} r
  * @param {string} colour
