@@ -71,15 +71,19 @@ class Calculator:
         self.functions = FunctionBag()
         self.digits = digits
 
-    def run(self, line: str, name: str = "input") -> Iterator[Answer]:
+    def run(self, line: str, name: str = "input", number: int = 1) -> Iterator[Answer]:
         """Work out the statements of a line, which ``;`` separates.
+
+        Parameters
+        ----------
+        name, number : of what the line is from, and which line of it that is
 
         Raises
         ------
         AraelError
             At the first statement that is wrong, with its place; those before it have been done.
         """
-        source = Source(name, line)
+        source = Source(name, line, number)
         for start, end in _statements(source):
             yield self._statement(source, start, end)
 
@@ -133,7 +137,7 @@ class Calculator:
     def _define(self, source: Source, start: int, end: int) -> Answer:
         """Take in ``f(x) = expr``, by the grammar of a model's functions."""
         head = "fn "
-        moved = Source(source.name, head + source.text[start:end])
+        moved = Source(source.name, head + source.text[start:end], source.first)
         shift = start - len(head)
         try:
             items = parse(moved).items
@@ -149,7 +153,7 @@ class Calculator:
     def _expression(self, source: Source, start: int, end: int) -> tuple[Value | None, str]:
         """Value of the formula at ``start:end``, or the text that it asks for."""
         blank = re.sub(r"[^\n]", " ", source.text[:start])
-        moved = Source(source.name, blank + source.text[start:end])
+        moved = Source(source.name, blank + source.text[start:end], source.first)
         try:
             node = parse_expression(moved)
             reader = Reader(self.functions, self.variables, {}, FORMS)

@@ -53,7 +53,7 @@ def command(formulas: tuple[str, ...], digits: int, as_json: bool, interactive: 
     """
     session = _Session(Calculator(digits), as_json)
     if formulas:
-        session.run((f"formula {i}" if len(formulas) > 1 else "formula", text)
+        session.run((f"formula {i}" if len(formulas) > 1 else "formula", 1, text)
                     for i, text in enumerate(formulas, 1))  # fmt: skip
     closed = sys.stdin is None  # closed, as after `<&-`
     if not closed and (interactive or (not formulas and sys.stdin.isatty())):
@@ -63,12 +63,12 @@ def command(formulas: tuple[str, ...], digits: int, as_json: bool, interactive: 
     return Exit.BAD_INPUT if session.failed and not interactive else Exit.OK
 
 
-def _lines() -> Iterator[tuple[str, str]]:
-    """Read the lines of standard input, with a name for each."""
+def _lines() -> Iterator[tuple[str, int, str]]:
+    """Read the lines of standard input, each with the name of where it is from and its number."""
     number = 0
     while line := sys.stdin.readline(MAX_BYTES + 2):
         number += 1
-        yield f"line {number}", line.rstrip("\n")
+        yield "<stdin>", number, line.rstrip("\n")
 
 
 class _Session:
@@ -79,10 +79,10 @@ class _Session:
         self.as_json = as_json
         self.failed = False
 
-    def run(self, lines: Iterable[tuple[str, str]]) -> None:
+    def run(self, lines: Iterable[tuple[str, int, str]]) -> None:
         """Evaluate lines up to `quit`."""
-        for name, line in lines:
-            if not self.line(line, name):
+        for name, number, line in lines:
+            if not self.line(line, name, number):
                 break
 
     def ask(self) -> None:
@@ -102,7 +102,7 @@ class _Session:
                     break
         self.failed = False
 
-    def line(self, line: str, name: str) -> bool:
+    def line(self, line: str, name: str, number: int = 1) -> bool:
         """Evaluate one line and show its result; False for `quit`."""
         word = line.strip()
         if word in ("quit", "exit"):
@@ -111,7 +111,7 @@ class _Session:
             click.echo(self._info(word).rstrip("\n"))
             return True
         try:
-            for answer in self.calculator.run(line, name):
+            for answer in self.calculator.run(line, name, number):
                 if answer.text:
                     self._show(answer.text)
         except AraelError as error:

@@ -51,10 +51,7 @@ def _expanded(files: tuple[str, ...]) -> list[str]:
 
 def _format(name: str, check: bool, diff: bool) -> bool:
     """Format one file; True if it was, or would be, changed."""
-    if name == "-":
-        source = source_of(sys.stdin.buffer.read(), "standard input")
-    else:
-        source = read_source(name)
+    source = source_of(sys.stdin.buffer.read(), "<stdin>") if name == "-" else read_source(name)
     text, new = source.text, format_source(source)
     if name == "-" and not (check or diff):
         click.echo(new, nl=False)

@@ -97,7 +97,7 @@ def test_a_pipe_goes_on_after_an_error() -> None:
     assert done.stdout == "2\n"
     assert done.returncode == 2
     assert "error[E0120]" in done.stderr
-    assert "--> line 2:1:5" in done.stderr
+    assert "--> <stdin>:2:5" in done.stderr
 
 
 @pytest.mark.parametrize(

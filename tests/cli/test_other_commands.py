@@ -125,6 +125,8 @@ def test_fmt_of_standard_input(arael: Arael, line: Path, monkeypatch: pytest.Mon
     done = arael("fmt", "-")
     assert done.code == 0
     assert "param a: real" in done.out
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"root R {\n  param a real\n}\n")))
+    assert "--> <stdin>:2:10" in arael("fmt", "-").err
 
 
 def test_standard_models_are_formatted(arael: Arael) -> None:

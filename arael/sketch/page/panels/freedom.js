@@ -22,6 +22,8 @@ export function mount(app, element) {
   const motions = h("div", { class: "motions" });
   fill(element, count, conflicts, motions);
   let asked = 0;
+  // a new verdict leaves the list open that the person has opened
+  const opened = { each: false };
 
   async function ask() {
     if (!app.panels?.isOpen("freedom")) return;
@@ -36,7 +38,7 @@ export function mount(app, element) {
     else fill(count, h("strong", {}, String(total)), total === 1 ? " degree of freedom" : " degrees of freedom");
     fill(conflicts, ...(wrong.length ? [h("h3", {}, "Redundant or in conflict"), list(wrong.map((one) => conflict(app, one)))] : []));
     fill(motions, ...(total ? [h("h3", {}, "Still free"), ...few(app, groups)] : []));
-    if (groups.length < total || groups.length > FEW) motions.append(each(app, moving));
+    if (groups.length < total || groups.length > FEW) motions.append(each(app, moving, opened));
   }
   const soon = later(150, ask);
   for (const type of ["verdict", "change"]) store.addEventListener(type, soon);
@@ -53,10 +55,11 @@ function few(app, groups) {
   return rest ? [shown, h("p", { class: "count" }, `and ${rest} more`)] : [shown];
 }
 
-/** Every motion, when it is asked for. @param {App} app @param {Motion[]} moving */
-function each(app, moving) {
-  const found = h("details", { class: "each" }, h("summary", {}, "One by one"));
+/** Every motion, when it is asked for. @param {App} app @param {Motion[]} moving @param {{each: boolean}} opened */
+function each(app, moving, opened) {
+  const found = h("details", { class: "each", open: opened.each }, h("summary", {}, "One by one"));
   found.addEventListener("toggle", () => {
+    opened.each = found.open;
     if (!found.open || found.children.length > 1) return;
     found.append(list(moving.slice(0, MOST).map((one) => motion(app, one))));
     if (moving.length > MOST) found.append(h("p", { class: "count" }, `and ${moving.length - MOST} more`));
