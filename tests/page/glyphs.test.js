@@ -77,6 +77,23 @@ function annotated() {
   return { annotations, store, view, ctx };
 }
 
+test("the badge of an arc keeps off the leader of its radius", () => {
+  const { store, view } = scene(
+    [["A0", "arc", [0, 0, 5, 0, 10, 0, 5]], ["A1", "arc", [20, 0, 25, 0, 30, 0, 5]]],
+    [["C0", "equal", ["A0", "A1"]]],
+  );
+  store.dimensions.set("d0", { name: "d0", kind: "radius", args: ["A0"], value: { text: "5", number: 5 } });
+  const annotations = new Annotations(store, view);
+  annotations.layout(context().ctx);
+  const [[x1, y1, x2, y2]] = annotations.dimensions[0].lines;
+  assert.ok(annotations.glyphs.length === 2);
+  for (const { x, y } of annotations.glyphs) {
+    const t = Math.min(Math.max(((x - x1) * (x2 - x1) + (y - y1) * (y2 - y1)) / Math.hypot(x2 - x1, y2 - y1) ** 2, 0), 1);
+    const apart = Math.max(Math.abs(x - x1 - t * (x2 - x1)), Math.abs(y - y1 - t * (y2 - y1)));
+    assert.ok(apart >= HALF, `${x}, ${y} is ${apart} from the leader`);
+  }
+});
+
 test("in a drag texts and badges move with what they belong to, on the side where they are", () => {
   const { annotations, store, view, ctx } = annotated();
   const before = { dimensions: annotations.dimensions, glyphs: annotations.glyphs };

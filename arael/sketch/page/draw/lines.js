@@ -113,12 +113,12 @@ function extension(drawn, from, to) {
   drawn.thin.push([from[0] + 4 * ux, from[1] + 4 * uy, to[0] + 4 * ux, to[1] + 4 * uy]);
 }
 
-/** Texts of other dimensions keep off a line. @param {Pen} pen @param {Point} p @param {Point} q */
+/** Badges, and texts of other dimensions, keep off a line. @param {Pen} pen @param {Point} p @param {Point} q */
 function takeLine(pen, p, q) {
   const count = Math.min(Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / 16), 100);
   for (let i = 1; i < count; i++) {
     const [x, y] = mix(p, q, i / count);
-    pen.places.take(x, y, 2, 2);
+    pen.places.take(x, y, 3, 3);
   }
 }
 
@@ -189,7 +189,10 @@ export function leader(pen, d, text, tip, heading, tail) {
   const length = lengths.find((one) => pen.places.isFree(...textAt(one), half, HALF_HEIGHT)) ?? lengths[0];
   const [x, y] = textAt(length);
   pen.places.take(x, y, half, HALF_HEIGHT, d.name);
-  drawn.lines.push([tail[0], tail[1], tip[0] + length * heading[0], tip[1] + length * heading[1]]);
+  /** @type {Point} */
+  const end = [tip[0] + length * heading[0], tip[1] + length * heading[1]];
+  drawn.lines.push([...tail, ...end]);
+  takeLine(pen, tail, end);
   drawn.arrows.push([tip[0], tip[1], -heading[0], -heading[1]]);
   drawn.text = { x, y, angle: 0, text };
   return drawn;
