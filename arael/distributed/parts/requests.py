@@ -449,7 +449,12 @@ def solve_boundary(
         ("known", None) if one is None else one[0].wait(waiting)
         for one, waiting in zip(sources, pending, strict=True)
     ]
-    missing = tuple(k for k, (kind, _) in enumerate(answers) if kind in ("unknown", "lost"))
+    # Without the factor that it was to have, it needs what every part has for the matrix.
+    missing = tuple(
+        k
+        for k, ((kind, _), one) in enumerate(zip(answers, sources, strict=True))
+        if kind in ("unknown", "lost") or (whole and one is None)
+    )
     for kind, value in answers:
         if kind == "raised":
             raise value

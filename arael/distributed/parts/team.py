@@ -270,6 +270,7 @@ class Team:
             return self._on_boundary_here(rights, right, swept)
         assert self._factor is not None
         factors, added = self._factor
+        rights = list(rights)
         for _ in range(_REPEATS):
             sources = [
                 one
@@ -286,6 +287,9 @@ class Team:
             found: BoundaryStep = step
             if not found.missing:
                 return found
+            for k in found.missing:
+                if rights[k] is None:  # of which only the matrix is missing
+                    rights[k] = Right(self._next(), np.zeros(len(self._places[k].interior)))
             self._sweep(rights, found.missing)
         raise lost_too_often("the answers of parts do not reach the worker of the boundary")
 

@@ -80,6 +80,19 @@ def test_a_boundary_on_a_worker_gives_the_same_marginals(monkeypatch: pytest.Mon
         )
 
 
+def test_a_worker_that_lost_the_factor_of_the_boundary_makes_it_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """For a marginal no part has a right-hand side: only their matrices are missing."""
+    monkeypatch.setattr(team, "_SMALL", 0)
+    found = solved("loop", InProcess())
+    covariance = found.covariance()
+    on_boundary = int(found.team.scalars[0]) // 3
+    expected = covariance.marginal("poses", on_boundary)
+    requests._SYSTEMS.clear()
+    np.testing.assert_array_equal(covariance.marginal("poses", on_boundary), expected)
+
+
 def test_what_parts_have_is_not_sent_again() -> None:
     # Whole gradients, solutions and factors stay with the parts: 40 bytes a scalar and attempt,
     # and a few of the boundary.
