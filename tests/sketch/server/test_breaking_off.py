@@ -85,6 +85,15 @@ def test_the_request_ends_with_the_verdict(
     assert not solver.interruption.requested
 
 
+def test_a_question_for_conflicts_is_broken_off(
+    shared: SharedSketch, page: Local, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        break_at(patch, shared, 0)
+        assert page.ask("ask", what="conflicts")["error"]["code"] == "E1235"
+    assert page.ask("ask", what="conflicts")["data"]["conflicts"] == []
+
+
 def test_an_edit_is_broken_off_in_its_verdict(
     shared: SharedSketch, page: Local, monkeypatch: pytest.MonkeyPatch
 ) -> None:
