@@ -5,10 +5,13 @@
 
 from libc.stdint cimport int32_t, uint8_t
 
+from arael.runtime.interruption cimport Interruption
+
 
 cdef class RowFactor:
     cdef readonly Py_ssize_t n, m, count, components
     cdef readonly double pivot_tolerance    # squared sine below which a row depends on earlier ones
+    cdef Interruption interruption          # looked at before every row
     cdef object _keep
     # As in structure.Structure.
     cdef const int32_t* row_of
@@ -38,7 +41,7 @@ cdef class RowFactor:
 
     # Take the entries of the rows of a component into V.
     cdef void load(self, Py_ssize_t c, const double* entries) noexcept nogil
-    # Factor V V' + M; returns the number of rows dropped.
+    # Factor V V' + M; returns the number of rows dropped, -1 if it was broken off: no factor then.
     cdef Py_ssize_t factor(self, Py_ssize_t c, double mu) noexcept nogil
     # `solution` becomes (V V' + M)^-1 solution.
     cdef void solve(self, Py_ssize_t c) noexcept nogil

@@ -12,6 +12,7 @@ from libc.math cimport sqrt
 from libc.stdint cimport int32_t, uint8_t
 
 from arael.runtime.address cimport address, writable
+from arael.runtime.interruption cimport Interruption
 
 
 cdef class RowFactor:
@@ -19,6 +20,7 @@ cdef class RowFactor:
 
     def __init__(self, Py_ssize_t n, Py_ssize_t m, structure, scales, basic, double tolerance):
         self.n, self.m = n, m
+        self.interruption = Interruption()
         self.count = len(structure.row_of)
         self.components = len(structure.component_start) - 1
         self.pivot_tolerance = tolerance
@@ -98,6 +100,8 @@ cdef class RowFactor:
                 if self.row_scale[k] > 0 and (smallest == 0 or self.row_scale[k] < smallest):
                     smallest = self.row_scale[k]
         for k in range(self.component_start[c], self.component_start[c + 1]):
+            if self.interruption.look():    # `work` is zero here
+                return -1
             self.filled[k] = self.factor_start[k]
             for e in range(self.start[k], self.start[k + 1]):
                 v = self.value[e]

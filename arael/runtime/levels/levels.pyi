@@ -1,7 +1,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arael.runtime.levels.newton import Interruption
+from arael.runtime.interruption import Interruption
 from arael.runtime.levels.outcome import Outcome
 from arael.runtime.levels.rows import Rows
 

@@ -16,9 +16,10 @@ from libc.stdint cimport int32_t, uint8_t
 from libc.string cimport memcpy
 
 from arael.runtime.address cimport address, writable
+from arael.runtime.interruption cimport Interruption
 from arael.runtime.levels.factor cimport RowFactor
 from arael.runtime.levels.lower cimport LowerLevels, dot
-from arael.runtime.levels.newton cimport SOLVED, Component, Interruption
+from arael.runtime.levels.newton cimport SOLVED, Component
 from arael.runtime.levels.rows cimport Rows
 from arael.runtime.levenberg.clock cimport seconds as clock
 

@@ -2,6 +2,7 @@
 
 from libc.stdint cimport int32_t, uint8_t
 
+from arael.runtime.interruption cimport Interruption
 from arael.runtime.levels.factor cimport RowFactor
 from arael.runtime.levels.rows cimport Rows
 
@@ -40,10 +41,6 @@ cdef struct Component:
     int tried_row
 
 
-cdef class Interruption:
-    cdef volatile int raised    # written by any thread, read between steps
-
-
 cdef class Newton:
     cdef readonly Rows rows
     cdef readonly Rows guards
@@ -78,6 +75,7 @@ cdef class Newton:
     cdef bint measure(self, Py_ssize_t c, const double* r, double* largest, double* norm, int* row
                       ) noexcept nogil
     cdef int refactor(self, const double* x, const int32_t* parts, Py_ssize_t count) noexcept nogil
+    cdef bint _factor(self, Py_ssize_t c, double mu) noexcept nogil
     cdef void _direction(self, Py_ssize_t c, double* x) noexcept nogil
     cdef void _place(self, Py_ssize_t c, const double* x) noexcept nogil
     cdef int _shorten(self, const double* x, const int32_t* parts, Py_ssize_t count) noexcept nogil

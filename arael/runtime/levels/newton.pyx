@@ -31,32 +31,13 @@ cdef int POLISHING = 3
 cdef double SIGNAL_INTERVAL = 0.02
 
 
-cdef class Interruption:
-    """A request to break off; of any number of solvers, by any thread.
-
-    It lasts until it is withdrawn: all solves of an edit that takes several end by one request.
-    """
-
-    def request(self):
-        """Break off what is in progress, before its next step."""
-        self.raised = 1
-
-    def withdraw(self):
-        """Let solves go on."""
-        self.raised = 0
-
-    @property
-    def requested(self):
-        """Whether solves are to be broken off."""
-        return self.raised != 0
-
-
 cdef class Newton:
     """Exact rows of a system; `Levels` is its use from Python."""
 
     def prepare(self, factor, limit):
         """Take workspaces for a factor; what earlier ones held is lost."""
         self.factor = factor
+        self.factor.interruption = self.interruption
         self.limit = limit
         cdef Py_ssize_t n = factor.n, m = factor.m, guards = self.guards.m if self.guards else 0
         cdef Py_ssize_t entries = self.rows.indptr[self.rows.m] if self.rows.m else 0
@@ -178,8 +159,12 @@ cdef class Newton:
                 if self.part[c].status == RUNNING:
                     if self.part[c].renew:
                         self._direction(c, x)
+                    if self.stopped:
+                        break
                     if self.part[c].status == RUNNING:
                         self._place(c, x)
+            if self.stopped:        # within a factor: there is no step
+                continue
             if self.guards is not None and self._shorten(x, parts, count) < 0:
                 self.stopped = True
                 return -1
@@ -214,10 +199,20 @@ cdef class Newton:
         for j in range(count):
             c = parts[j]
             self.factor.load(c, self.entries)
-            self.factor.factor(c, 0.0)
-            self.factors += 1
-            self.part[c].factored, self.part[c].factored_mu = True, 0.0
+            if not self._factor(c, 0.0):
+                return -1
         return 0
+
+    cdef bint _factor(self, Py_ssize_t c, double mu) noexcept nogil:
+        """Factor the loaded rows of a component; False, and stopped, if that was broken off."""
+        cdef Component* p = &self.part[c]
+        p.factored = False
+        if self.factor.factor(c, mu) < 0:
+            self.stopped = True
+            return False
+        self.factors += 1
+        p.factored, p.factored_mu = True, mu
+        return True
 
     cdef void _direction(self, Py_ssize_t c, double* x) noexcept nogil:
         """The next step of a component into `d`."""
@@ -226,14 +221,13 @@ cdef class Newton:
         cdef double total
         if not p.kept:
             self.factor.load(c, self.entries)
-            self.factor.factor(c, p.mu)
-            self.factors += 1
-            p.factored, p.factored_mu = True, p.mu
+            if not self._factor(c, p.mu):
+                return
         self.factor.step(c, self.r, self.d)
         if self.low != NULL and not p.kept and self.release(c):
             self.factor.load(c, self.entries)
-            self.factor.factor(c, p.mu)
-            self.factors += 1
+            if not self._factor(c, p.mu):
+                return
             self.factor.step(c, self.r, self.d)
         total = 0.0
         for k in range(self.factor.unknown_start[c], self.factor.unknown_start[c + 1]):
@@ -435,7 +429,7 @@ cdef class Newton:
 
     cdef bint interrupted(self) noexcept nogil:
         cdef double now
-        if self.interruption.raised:
+        if self.interruption.look():
             self.stopped = True
         if self.stopped:
             return True

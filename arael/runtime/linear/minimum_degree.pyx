@@ -11,6 +11,10 @@ merged into supervariables. Here a vertex is an entity with its number of scalar
 
 import numpy as np
 
+from arael.runtime.interruption cimport Interruption
+
+from arael.runtime.interruption import InterruptedWork
+
 cdef enum:
     VARIABLE = 0    # still to be eliminated
     ELEMENT = 1     # eliminated, its clique alive
@@ -113,7 +117,9 @@ cdef class _Graph:
         self.free = to
 
 
-def minimum_degree(start, neighbours, weights, Py_ssize_t staying=0):
+def minimum_degree(
+    start, neighbours, weights, Py_ssize_t staying=0, Interruption interruption=None
+):
     """Order the vertices of an undirected graph for little fill.
 
     Parameters
@@ -126,11 +132,18 @@ def minimum_degree(start, neighbours, weights, Py_ssize_t staying=0):
         Positive weight of each vertex.
     staying : int
         Number of last vertices that are not eliminated; they only contribute to degrees.
+    interruption : Interruption, optional
+        Looked at before every pivot.
 
     Returns
     -------
     (n - staying,) int64
         The vertices in the order of elimination.
+
+    Raises
+    ------
+    InterruptedWork
+        If it is broken off.
     """
     cdef Py_ssize_t n = len(weights)
     if n == staying:
@@ -139,10 +152,13 @@ def minimum_degree(start, neighbours, weights, Py_ssize_t staying=0):
     pivots = np.empty(n, dtype=np.intc)
     cdef int[::1] sequence = pivots
     cdef Py_ssize_t count
+    cdef Interruption stop = interruption if interruption is not None else Interruption()
     # A vertex coupled with nearly all others (a global offset, a calibration) only slows down.
     cdef int dense = <int>max(16.0, 10 * np.sqrt(n))
     with nogil:
-        count = _eliminate(g, sequence, dense, n - staying)
+        count = _eliminate(g, sequence, dense, n - staying, stop)
+    if count < 0:
+        raise InterruptedWork
     order = _expand(np.asarray(g.merged), pivots[:count], np.asarray(g.kind))
     return order[order < n - staying]
 
@@ -163,9 +179,12 @@ def _expand(merged, pivots, kind):
 
 
 cdef Py_ssize_t _eliminate(
-    _Graph g, int[::1] sequence, int dense, Py_ssize_t stay
+    _Graph g, int[::1] sequence, int dense, Py_ssize_t stay, Interruption stop
 ) noexcept nogil:
-    """Eliminate all vertices before `stay`; pivots go to `sequence`, their number is returned."""
+    """Eliminate all vertices before `stay`; pivots go to `sequence`, their number is returned.
+
+    -1 if it is broken off.
+    """
     cdef Py_ssize_t count = 0
     cdef int v, pivot, gone, all_left = _prepare(g, dense, stay), left = all_left
     cdef long long total = left
@@ -173,6 +192,8 @@ cdef Py_ssize_t _eliminate(
         if g.kind[v] == STAYING:
             left -= g.weight[v]
     while left > 0:
+        if stop.look():
+            return -1
         while g.head[g.lightest] < 0:
             g.lightest += 1
         pivot = g.head[g.lightest]

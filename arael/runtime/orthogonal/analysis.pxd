@@ -2,6 +2,8 @@
 
 from libc.stdint cimport int64_t
 
+from arael.runtime.interruption cimport Interruption
+
 
 cdef struct Plan:
     int m                 # equations: columns of what is factored
@@ -37,6 +39,7 @@ cdef struct Plan:
 
 cdef class Analysis:
     cdef Plan plan
+    cdef Interruption interruption      # looked at by column here, by front in the factor
     cdef list kept                      # the arrays of all pointers below
     cdef list temporary                 # those that only the analysis needs
 

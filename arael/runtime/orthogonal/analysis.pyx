@@ -15,8 +15,11 @@ from libc.stdint cimport int64_t
 from libc.stdlib cimport free, realloc
 
 from arael.runtime.address cimport address, writable
-from arael.runtime.linear.minimum_degree import minimum_degree
+from arael.runtime.interruption cimport Interruption
 from arael.runtime.orthogonal.sorting cimport sort
+
+from arael.runtime.interruption import InterruptedWork
+from arael.runtime.linear.minimum_degree import minimum_degree
 
 cdef enum:
     CLIQUE = 64     # an unknown in more equations makes them neighbours in a chain, not all pairs
@@ -30,9 +33,11 @@ cdef class Analysis:
     m, n : int, rows (equations) and columns (unknowns) of J
     indptr : (m + 1,) int32, first entry of each row
     indices : (entries,) int32, columns; duplicates are added up
+    interruption : Interruption, optional; `InterruptedWork` is raised if it asks to break off
     """
 
-    def __init__(self, int m, int n, indptr, indices):
+    def __init__(self, int m, int n, indptr, indices, Interruption interruption=None):
+        self.interruption = interruption if interruption is not None else Interruption()
         self.plan.m, self.plan.n, self.kept, self.temporary = m, n, [], []
         cdef const int* start = <const int*>address(indptr, np.int32, m + 1)
         cdef const int* entry = <const int*>address(indices, np.int32, start[m])
@@ -96,6 +101,9 @@ cdef class Analysis:
             place[a.source[t]] = t
         with nogil:
             for i in range(m):
+                if self.interruption.look():
+                    with gil:
+                        raise InterruptedWork
                 mark[i] = i
                 for p in range(start[i], start[i + 1]):
                     begin, end = a.by_unknown[entry[p]], a.by_unknown[entry[p] + 1]
@@ -109,7 +117,8 @@ cdef class Analysis:
                             neighbour[to] = e
                             to += 1
                 first[i + 1] = to
-        return minimum_degree(starts, neighbours[:to], np.ones(m, dtype=np.int64))
+        ones = np.ones(m, dtype=np.int64)
+        return minimum_degree(starts, neighbours[:to], ones, 0, self.interruption)
 
     cdef symbolic(self, const int* start, const int* entry, const int* order):
         """Elimination tree, structures of the columns of R, fronts."""
@@ -157,6 +166,9 @@ cdef class Analysis:
         try:
             with nogil:
                 for k in range(m):
+                    if self.interruption.look():
+                        with gil:
+                            raise InterruptedWork
                     first[k] = size
                     # At most all columns after k, and no more than what is added.
                     s = 1

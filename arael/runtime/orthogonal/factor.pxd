@@ -2,11 +2,13 @@
 
 from libc.stdint cimport int64_t, uint8_t
 
+from arael.runtime.interruption cimport Interruption
 from arael.runtime.orthogonal.analysis cimport Analysis
 
 
 cdef class Factor:
     cdef readonly Analysis analysis
+    cdef Interruption interruption          # of the analysis
     cdef readonly int rank
     cdef readonly double smallest_kept      # least remaining length of an independent equation
     cdef readonly double largest_dropped    # greatest of a dependent one
@@ -39,7 +41,7 @@ cdef class Factor:
     cdef int* reached               # (n)
 
     cdef void* array(self, dtype, Py_ssize_t count) except? NULL
-    cdef void factor(self, double dead, double noise, const uint8_t* chosen) noexcept nogil
+    cdef bint factor(self, double dead, double noise, const uint8_t* chosen) noexcept nogil
     cdef void front(self, int f, double dead, double noise) noexcept nogil
     cdef void count(self, double dead) noexcept nogil
     cdef bint gather(self, int f, const double* v) noexcept nogil

@@ -41,6 +41,7 @@ cdef class Factor:
     def __init__(self, Analysis analysis):
         cdef int m = analysis.plan.m, n = analysis.plan.n, fronts = analysis.plan.fronts
         self.analysis, self.kept = analysis, []
+        self.interruption = analysis.interruption
         self.values = <double*>self.array(np.float64, analysis.plan.by_unknown[n])
         self.cell = <double*>self.array(np.float64, analysis.plan.cells)
         self.tau = <double*>self.array(np.float64, analysis.plan.columns[fronts])
@@ -68,16 +69,22 @@ cdef class Factor:
         self.kept.append(made)
         return writable(made, dtype)
 
-    cdef void factor(self, double dead, double noise, const uint8_t* chosen) noexcept nogil:
-        """Factor `values`; only the fronts that are chosen, which include all above them."""
+    cdef bint factor(self, double dead, double noise, const uint8_t* chosen) noexcept nogil:
+        """Factor `values`; only the fronts that are chosen, which include all above them.
+
+        False if it was broken off; a few chosen fronts are not.
+        """
         cdef int f, u
         if chosen == NULL:
             for u in range(self.analysis.plan.n):
                 self.front_of_slot[u], self.free[u] = -1, 1
         for f in range(self.analysis.plan.fronts):
+            if chosen == NULL and self.interruption.look():
+                return False
             if chosen == NULL or chosen[f]:
                 self.front(f, dead, noise)
         self.count(dead)
+        return True
 
     cdef void front(self, int f, double dead, double noise) noexcept nogil:
         """Assemble a front from its own rows and those of its children, and reduce it."""

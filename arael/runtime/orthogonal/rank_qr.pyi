@@ -1,6 +1,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from arael.runtime.interruption import Interruption
 from arael.runtime.orthogonal.results import Dependency, Vectors
 
 Doubles = NDArray[np.float64]
@@ -11,6 +12,7 @@ class RankQR:
     n: int
     tolerance: float
     factored: bool
+    interruption: Interruption
     def __init__(
         self,
         m: int,
@@ -19,6 +21,7 @@ class RankQR:
         indices: ArrayLike,
         priority: ArrayLike | None = None,
         tolerance: float | None = None,
+        interruption: Interruption | None = None,
     ) -> None: ...
     def factor(
         self, entries: ArrayLike, scale: ArrayLike | None = None, active: ArrayLike | None = None

@@ -6,10 +6,12 @@ import numpy as np
 from libc.stdint cimport int64_t, uint8_t
 
 from arael.runtime.address cimport address, writable
+from arael.runtime.interruption cimport Interruption
 from arael.runtime.orthogonal.analysis cimport Plan
 from arael.runtime.orthogonal.scaled_factor cimport NEGLIGIBLE, ScaledFactor
 from arael.runtime.orthogonal.scaling cimport equation_scales, not_finite
 
+from arael.runtime.interruption import InterruptedWork
 from arael.runtime.orthogonal.freedom import row_lengths
 from arael.runtime.orthogonal.results import Dependency, Vectors
 from arael.runtime.orthogonal.settle import settle
@@ -34,17 +36,27 @@ cdef class RankQR(ScaledFactor):
     tolerance : float, optional
         An equation is dependent if the distance to the span of others is at most this part of the
         greatest length, all scaled. 20 (m + n) eps by default.
+    interruption : Interruption, optional
+        A request of any thread to break off. It is looked at per equation of the analysis, per
+        front of the factor, per dependent equation and per vector of the null space. A factor that
+        was broken off is none; `factor` may be called again. Edits are not broken off.
 
     Raises
     ------
     ValueError
         If the arrays are not a pattern of m rows and n columns.
+    InterruptedWork
+        If it was broken off; so do `factor`, `dependent` and what needs it, and `null_vectors`.
     """
 
-    def __init__(self, int m, int n, indptr, indices, priority=None, tolerance=None):
+    def __init__(
+        self, int m, int n, indptr, indices, priority=None, tolerance=None,
+        Interruption interruption=None,
+    ):
         if m < 0 or n < 0:
             raise ValueError(f"expected a shape of numbers that are not negative, found ({m}, {n})")
         self.given_tolerance = tolerance
+        self.interruption = interruption if interruption is not None else Interruption()
         eps = np.finfo(np.float64).eps
         indptr, indices = np.array(indptr, dtype=np.int32), np.array(indices, dtype=np.int32)
         self.priority = (
@@ -53,7 +65,7 @@ cdef class RankQR(ScaledFactor):
         _check(m, n, indptr, indices, self.priority)
         ScaledFactor.__init__(
             self, m, n, indptr, indices,
-            20 * max(m + n, 1) * eps if tolerance is None else tolerance,
+            20 * max(m + n, 1) * eps if tolerance is None else tolerance, self.interruption,
         )
 
     def factor(self, entries, scale=None, active=None):
@@ -96,7 +108,13 @@ cdef class RankQR(ScaledFactor):
         with nogil:
             wrong_equation = self.factor_entries(numbers, scales, on)
         self.settled = None
+        if wrong_equation < 0:
+            raise InterruptedWork
         self._refuse(wrong_equation)
+
+    def _look(self):
+        if self.interruption.look():
+            raise InterruptedWork
 
     def _refuse(self, int wrong):
         if wrong:
@@ -203,6 +221,7 @@ cdef class RankQR(ScaledFactor):
         for i in range(self.m):
             if self.part.slot_of[a.position[i]] >= 0 or not self.active[i]:
                 continue
+            self._look()
             count = self.dependency_into(
                 self.start[i + 1] - self.start[i], self.at + self.start[i],
                 self.entries + self.start[i], &equation[0], &factor[0], &remainder,
@@ -356,6 +375,7 @@ cdef class RankQR(ScaledFactor):
         for s in range(self.n + self.copies):
             if not self.part.free[s]:
                 continue
+            self._look()
             count = self.part.spread(s)
             if size + count > room:
                 room = 2 * room + count + self.n
@@ -500,6 +520,7 @@ cdef class RankQR(ScaledFactor):
         active = np.append(self._active(), True)
         numbers = np.append(self.numbers, values)
         scale = None if self.automatic else self.scales[1]
+        interruption = self.interruption
         RankQR.__init__(
             self, self.m + 1, self.n,
             np.append(self.indptr, self.start[self.m] + len(unknowns)),
@@ -507,6 +528,8 @@ cdef class RankQR(ScaledFactor):
             np.append(self.priority, priority), self.given_tolerance,
         )
         self.factor(numbers, scale, active)
+        # Its arrays are replaced one after the other: it must not be left between two of them.
+        self.analysis.interruption = self.part.interruption = self.interruption = interruption
         return found
 
 

@@ -43,7 +43,8 @@ cdef class ScaledFactor:
     cdef void* array(self, dtype, Py_ssize_t count) except? NULL
 
     # For loops without the GIL. None allocates.
-    # 0, or 1 + the first equation with an entry that is not finite; `scale` and `active` may be
+    # 0, or 1 + the first equation with an entry that is not finite, or -1 if it was broken off:
+    # there is no factor then; `scale` and `active` may be
     # null: unknowns are scaled here, and all equations are active.
     cdef int factor_entries(
         self, const double* entries, const double* scale, const uint8_t* active

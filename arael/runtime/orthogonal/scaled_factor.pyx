@@ -8,6 +8,7 @@ from libc.stdint cimport int64_t, uint8_t
 from libc.string cimport memcpy, memset
 
 from arael.runtime.address cimport writable
+from arael.runtime.interruption cimport Interruption
 from arael.runtime.orthogonal.analysis cimport Analysis, Plan
 from arael.runtime.orthogonal.factor cimport Factor
 from arael.runtime.orthogonal.scaling cimport (
@@ -33,14 +34,18 @@ cdef class ScaledFactor:
         A pattern in compressed sparse rows, checked; the arrays are kept.
     tolerance : float
         See `RankQR`.
+    interruption : Interruption, optional
+        See `RankQR`.
     """
 
-    def __init__(self, int m, int n, indptr, indices, double tolerance):
+    def __init__(
+        self, int m, int n, indptr, indices, double tolerance, Interruption interruption=None
+    ):
         self.m, self.n, self.tolerance, self.kept = m, n, tolerance, []
         self.indptr, self.indices = indptr, indices
         starts, places, origins, shares = with_copies(n, indptr, indices)
         self.copies = len(origins) - n
-        self.analysis = Analysis(m + self.copies, n + self.copies, starts, places)
+        self.analysis = Analysis(m + self.copies, n + self.copies, starts, places, interruption)
         self.part = Factor(self.analysis)
         self.factored = False
         self.kept += [starts, places, origins, shares]
@@ -91,7 +96,8 @@ cdef class ScaledFactor:
             )
         self.load()
         # Roundings of what is below the pivots of a front; and what counts as no rank.
-        self.part.factor(self.dead, min(self.dead, NOISE), NULL)
+        if not self.part.factor(self.dead, min(self.dead, NOISE), NULL):
+            return -1
         self.factored = True
         return 0
 

@@ -45,6 +45,7 @@ from arael.sketch.expressions.refresh import refresh
 from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
 from arael.sketch.layout.sides import mode_of
+from arael.sketch.solve.breaking import broken_off
 from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.solver import Solver
 
@@ -177,7 +178,7 @@ class Editor:
             self.remaining.check_near(before, size, moves)
             return outcome
         if outcome.status == "interrupted":
-            raise refusals.broken_off()
+            raise broken_off()
         if outcome.status == "side" and self._has_other_side(size):
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
         found = self._contradiction(cause)
@@ -194,7 +195,7 @@ class Editor:
         # Where nothing contradicts the cause, another part did so before: a file may bring that.
         members = self.judge.conflict(cause) or (self.judge.conflict() if cause else ())
         if self.solver.interrupted:  # trials that were broken off prove nothing
-            return refusals.broken_off()
+            return broken_off()
         if len(members) < (2 if collapse else 1):
             return None
         main = cause if cause in members else members[-1]
@@ -442,7 +443,7 @@ class Editor:
 
     def _refuse(self, verdict: Verdict, force: bool, label: str = "") -> None:
         if self.solver.interrupted:
-            raise refusals.broken_off()
+            raise broken_off()
         name = verdict.name
         label = label or self._label(name)
         others = [member for member in verdict.members if member != name]
@@ -705,7 +706,7 @@ class Editor:
             since = self.document.moves
             outcome = self.solver.drag(at, np.array(list(spelt.values())))
             if outcome.status == "interrupted":
-                raise refusals.broken_off()
+                raise broken_off()
             if not outcome.solved:
                 raise refusals.not_converged(outcome.open, outcome.residual)
             self.remaining.check(outcome.moved, before, size)

@@ -78,17 +78,6 @@ def runs_away() -> AraelError:
     )
 
 
-def broken_off() -> AraelError:
-    """E1235: a solve that was made to end."""
-    return AraelError(
-        Diagnostic(
-            "E1235",
-            "broken off before a solution was found",
-            notes=("the sketch is left as it was",),
-        )
-    )
-
-
 def unsettled(names: Sequence[str]) -> AraelError:
     """E1234: values that read geometry which moves with them."""
     return AraelError(

@@ -17,6 +17,7 @@ from arael.sketch.judge.motions import Motion, Part, motions
 from arael.sketch.judge.rank import Rank
 from arael.sketch.layout.candidates import Candidates
 from arael.sketch.layout.layout import Layout, Linearisation
+from arael.sketch.solve.breaking import broken_off
 from arael.sketch.solve.solver import Solver
 
 Floats = NDArray[np.float64]
@@ -97,7 +98,13 @@ class Judge:
             at = np.searchsorted(layout.angles, layout.unknowns[: len(scale)][turned])
             scale[turned] = 1.0 / layout.levers[at]
         far = float(np.abs(self.document.values).max(initial=0.0))
-        return Rank(system, last, scale, far / layout.size)
+        self._look()
+        return Rank(system, last, scale, far / layout.size, self.solver.interruption)
+
+    def _look(self) -> None:
+        """Raise E1235 if what is judged for is to be broken off."""
+        if self.solver.interrupted:
+            raise broken_off()
 
     # --- verdicts ---------------------------------------------------------------------------
 
@@ -139,6 +146,7 @@ class Judge:
             found = joints(self.layout, [name], takes_freedom)
         else:
             found = joints(self.layout, [name], lambda: self.solver.feasible([name]))
+        self._look()
         return replace(verdict, members=(*found, name))
 
     def _surely_help(self, rows: Sequence[int], more: Sequence[tuple[Any, Any]] = ()) -> bool:
@@ -282,6 +290,7 @@ class Judge:
             # Trials that fail for another reason than a contradiction prove nothing: the
             # equations depend on each other, so there are others.
             fewest = smallest(named, name, self.solver.feasible)
+            self._look()
             return Verdict(name, "impossible", fewest if len(fewest) > 1 else named, gained)
         return Verdict(name, "partly" if gained else "redundant", named, gained)
 
@@ -314,6 +323,7 @@ class Judge:
             step = basis @ random.standard_normal(basis.shape[1])
             step *= _NUDGE * self.layout.size / (np.abs(step).max() or 1.0)
             moved = self.solver.solved_from(start.x + step, without=names)
+            self._look()
             if moved is None:
                 continue
             system = self.layout.linearisation(moved)
@@ -354,6 +364,7 @@ class Judge:
             for members in self._contradictions(seconds)
             for name in members
         ]
+        self._look()  # trials that were broken off prove nothing
         known = {one.name for one in found}
         names = [name for name in redundant if name not in known]
         if not names:
@@ -385,6 +396,7 @@ class Judge:
         until = time.monotonic() + seconds
         looked_at: set[str] = set()
         for name in self.solver.left_open():
+            self._look()
             if name in looked_at:
                 continue
             part = self._named(dict.fromkeys(layout.connected(name) or (name,)))

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.interruption import Interruption
 from arael.runtime.orthogonal import RankQR
 from arael.sketch.layout.layout import Linearisation
+from arael.sketch.solve.breaking import breakable, broken_off
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array, csr_array
@@ -40,6 +42,7 @@ class Rank:
     scale : (n,) of the unknowns: 1 for lengths, 1 / size for angles; None: all lengths
     rounded : largest coordinate over the size of the drawing: far from the origin, directions are
         differences of rounded numbers
+    interruption : a request to break off: E1235
     """
 
     def __init__(
@@ -48,8 +51,10 @@ class Rank:
         last: Ints | None = None,
         scale: Floats | None = None,
         rounded: float = 1.0,
+        interruption: Interruption | None = None,
     ) -> None:
         self.system = system
+        self._interruption = interruption if interruption is not None else Interruption()
         m, n = len(system.residuals), len(system.x)
         priority = np.zeros(m, dtype=np.int32)
         if last is not None:
@@ -58,18 +63,19 @@ class Rank:
         if _ROUNDINGS * rounded > 20 * (m + n):  # the tolerance of RankQR by itself
             tolerance = _ROUNDINGS * rounded * float(np.finfo(float).eps)
         self._scale = np.ones(n) if scale is None else scale
-        self.factor = self._factor(priority, tolerance)
-        self._limit = float(self.factor.tolerance)
-        if self.factor.smallest_kept < _DOUBTFUL:
-            self.factor = self._without_doubtful(priority)
-        self.dependent: list[int] = self.factor.dependent.tolist()
+        with breakable():
+            self.factor = self._factor(priority, tolerance)
+            self._limit = float(self.factor.tolerance)
+            if self.factor.smallest_kept < _DOUBTFUL:
+                self.factor = self._without_doubtful(priority)
+            self.dependent: list[int] = self.factor.dependent.tolist()
         self._dependent = frozenset(self.dependent)
         self._basis: csc_array | None = None
 
     def _factor(self, priority: NDArray[np.int32], tolerance: float | None) -> RankQR:
         system = self.system
         m, n = len(system.residuals), len(system.x)
-        found = RankQR(m, n, system.indptr, system.indices, priority, tolerance)
+        found = RankQR(m, n, system.indptr, system.indices, priority, tolerance, self._interruption)
         found.factor(system.entries, self._scale)
         return found
 
@@ -98,11 +104,16 @@ class Rank:
         for row in factor.dependent.tolist():
             rows |= {row, *factor.dependency(row).equations.tolist()}
         for row in rows:
+            self._look()
             part = slice(system.indptr[row], system.indptr[row + 1])
             found = factor.dependency_of(system.indices[part], system.entries[part])
             if found.remainder > self._limit:
                 return False
         return True
+
+    def _look(self) -> None:
+        if self._interruption.requested:
+            raise broken_off()
 
     @property
     def free(self) -> int:
@@ -144,7 +155,8 @@ class Rank:
         from scipy.sparse import csc_array
 
         if self._basis is None:
-            found = self.factor.null_vectors()
+            with breakable():
+                found = self.factor.null_vectors()
             shape = (found.size, len(found))
             self._basis = csc_array((found.values, found.at, found.start), shape=shape)
         return self._basis
@@ -184,6 +196,7 @@ class Rank:
             width = int(within.max(initial=0)) + 1
             step = max(1, _MOST_NUMBERS // (size * width))
             for start in range(0, len(members), step):
+                self._look()
                 here = (group >= start) & (group < start + step)
                 some = members[start : start + step]
                 parts = np.zeros((len(some), size, width))

@@ -76,11 +76,13 @@ def _conflicts(shared: SharedSketch, window: Window, message: Message) -> Messag
     """Constraints that contradict or hold nothing new, each with what it depends on."""
     session = shared.session
     judge, document = session.editor.judge, session.document
-    standing = judge.standing(judge.freedoms().redundant)
-    impossible = [one for one in standing if one.kind == "impossible"]
-    spare = [one.name for one in standing if one.kind != "impossible"]
+    with session.editor.solver.question():
+        standing = judge.standing(judge.freedoms().redundant)
+        impossible = [one for one in standing if one.kind == "impossible"]
+        spare = [one.name for one in standing if one.kind != "impossible"]
+        verdicts = [*impossible, *(judge.verdicts(spare) if spare else ())]
     found: list[dict[str, Any]] = []
-    for verdict in [*impossible, *(judge.verdicts(spare) if spare else ())]:
+    for verdict in verdicts:
         others = [name for name in verdict.members if name != verdict.name]
         record = document.find(verdict.name)
         line = record_line(session, record) if record is not None else verdict.name

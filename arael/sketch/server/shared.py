@@ -48,6 +48,11 @@ MAX_TITLES = 200
 RESTS_AFTER = 0.05
 """Seconds without a new place after which the pointer rests."""
 
+VERDICT_BROKEN_OFF = (
+    "broken off: what is free or redundant is shown as it was; it is looked at again at the next "
+    "command"
+)
+
 MAX_STATES = 64
 """Windows whose variables and selection are kept after they close."""
 
@@ -85,6 +90,7 @@ class SharedSketch:
         self._drag: OpenDrag | None = None
         self._rests_at = 0.0
         self._judged = -1
+        self._unjudged = False  # the last verdict was broken off
         self._titles: tuple[tuple[str, ...], tuple[str, ...]] | None = None
         self._break = False
         session.make_editor = self._take
@@ -230,6 +236,8 @@ class SharedSketch:
         The reply, as `answer` or `refusal`.
         """
         self._finish_drag()
+        if self._unjudged:
+            self._unjudged, self._judged = False, -1
         names = self._names()
         session = self.session
         state = actor.state
@@ -493,11 +501,21 @@ class SharedSketch:
         if self._judged != self.revision and self.windows:
             self._judged = self.revision
             try:
-                self.send(verdict(self.session.editor, self.revision))
-            except Exception:  # a mistake of arael: the page keeps its colours
-                traceback.print_exc(file=sys.stderr)
+                with self.session.editor.solver.question():
+                    found = verdict(self.session.editor, self.revision)
+                self.send(found)
+            except Exception as error:  # the page keeps its colours
+                self._not_judged(error)
             return 0.0
         return self._save_when_due()
+
+    def _not_judged(self, error: Exception) -> None:
+        """There is no verdict: a person broke it off, or there is a mistake in arael."""
+        if isinstance(error, AraelError) and error.diagnostics[0].code == "E1235":
+            self._unjudged = True
+            self.send({"type": "message", "level": "info", "text": VERDICT_BROKEN_OFF})
+        else:
+            traceback.print_exception(error, file=sys.stderr)
 
     def _go_on(self, drag: OpenDrag) -> float | None:
         """The pointer rests: frames that were cut short approach its place."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from contextlib import contextmanager
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -10,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from arael.runtime.interruption import Interruption
 from arael.runtime.levels.follow import follow
 from arael.runtime.levels.levels import Levels
-from arael.runtime.levels.newton import Interruption
-from arael.sketch.document.history import Transaction
 from arael.sketch.document.records import Entity
 from arael.sketch.layout.layout import Layout
 from arael.sketch.solve.extents import COLLAPSED, Extents
@@ -53,6 +53,7 @@ class Solver:
     ----------
     layout
     levels : the solver by levels of the layout's rows
+    interruption : requests to break off; also of those who judge
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -64,32 +65,49 @@ class Solver:
         self._levers = np.zeros(0)  # for which angles are scaled
         self._trial: tuple[tuple[int, bytes], Levels] | None = None
         self._extents: tuple[int, Extents] | None = None  # of a version of the layout
-        self._interruption = Interruption()
-        self._broken: Transaction | None = None  # the step of undo that was to be broken off
+        self.interruption = Interruption()
+        self._question: object | None = None  # what is asked about the document, if it may end
+        self._broken: object | None = None  # the step of undo or question that was to be broken off
 
     # --- breaking off -----------------------------------------------------------------------
 
     def interrupt(self) -> None:
-        """Break off the document's transaction in progress, from any thread.
+        """Break off the document's transaction or the question in progress, from any thread.
 
-        The solve at work ends before its next step, and all further ones of the transaction do not
-        begin: nothing of them is written. Without a transaction nothing is broken off.
+        The solve or verdict at work ends before its next step, and all further ones of the
+        transaction do not begin: nothing of them is written. Without a transaction or question
+        nothing is broken off.
         """
-        broken = self.layout.document.open_transaction
+        broken = self._work
         if broken is not None:
             self._broken = broken
-            self._interruption.request()
+            self.interruption.request()
+
+    @property
+    def _work(self) -> object | None:
+        """What can be broken off; trials of a question are transactions of their own."""
+        return self._question or self.layout.document.open_transaction
+
+    @contextmanager
+    def question(self) -> Iterator[None]:
+        """What is asked between edits, and changes nothing, can be broken off: E1235."""
+        self._question = object()
+        try:
+            yield
+        finally:
+            self._question = None
+            _ = self.interrupted  # withdraws a request that came for this question
 
     @property
     def interrupted(self) -> bool:
-        """Whether the transaction in progress is to be broken off."""
-        if not self._interruption.requested:
+        """Whether the transaction or question in progress is to be broken off."""
+        if not self.interruption.requested:
             return False
-        if self._broken is self.layout.document.open_transaction:
+        if self._broken is self._work:
             return True
-        # That transaction has ended.
+        # That has ended.
         self._broken = None
-        self._interruption.withdraw()
+        self.interruption.withdraw()
         return False
 
     # --- after an edit ----------------------------------------------------------------------
@@ -344,7 +362,7 @@ class Solver:
             layout.rows,
             guards=layout.guards if guarded else None,
             scales=scales,
-            interruption=self._interruption,
+            interruption=self.interruption,
         )
 
     @property

@@ -7,8 +7,8 @@ from threading import Thread
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.interruption import Interruption
 from arael.runtime.levels.levels import Levels
-from arael.runtime.levels.newton import Interruption
 from arael.runtime.levels.rows import PythonRows
 from tests.runtime.levels.systems import chain
 
@@ -109,3 +109,40 @@ def test_frames_that_end_by_the_clock_hold_and_the_next_go_on() -> None:
     assert distances[-1] < distances[arrived]
     assert levels.drag(x, [40, 41], target, home).converged
     np.testing.assert_allclose(x, whole, atol=1e-3)
+
+
+def test_a_factor_ends_between_its_rows() -> None:
+    interruption = Interruption()
+    rows, home = chain(200)
+    start = home + 0.05 * np.sin(np.arange(len(home)))
+    right = start.copy()
+    assert Levels(rows).solve(right).solved
+    levels = Levels(rows, interruption=interruption)
+    for looks in (1, 2, 3, 50, 150, 200):  # rows of the first factor
+        interruption.request(looks)
+        x = start.copy()
+        assert levels.solve(x).status == "interrupted"
+        assert interruption.requested
+        np.testing.assert_array_equal(x, start)
+        interruption.withdraw()
+    x = start.copy()
+    assert levels.solve(x).solved
+    np.testing.assert_array_equal(x, right)
+
+
+def test_a_drag_ends_within_a_factor() -> None:
+    interruption = Interruption()
+    rows, home = chain(200)
+    target = home[400:] + np.array([-30.0, 40.0])
+    right = home.copy()
+    Levels(rows).drag(right, [400, 401], target, home)
+    levels = Levels(rows, interruption=interruption)
+    for looks in (1, 2, 100, 202, 203, 500):
+        interruption.request(looks)
+        x = home.copy()
+        assert levels.drag(x, [400, 401], target, home).status == "interrupted"
+        np.testing.assert_array_equal(x, home)
+        interruption.withdraw()
+    x = home.copy()
+    levels.drag(x, [400, 401], target, home)
+    np.testing.assert_allclose(x, right, atol=1e-12)
