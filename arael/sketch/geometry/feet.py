@@ -48,7 +48,8 @@ def ellipse_normals(x: float, y: float, rx: float, ry: float) -> list[float]:
         across, along = rx * c * (x - rx * c) + (rx * s) ** 2, ry * s * (y - ry * s) + (ry * c) ** 2
         return across + along
 
-    steps = np.arange(-_SAMPLES, _SAMPLES + 1) * (np.pi / _SAMPLES)
+    # One step more than a turn: a root at half a turn is between two of them.
+    steps = np.arange(-_SAMPLES, _SAMPLES + 2) * (np.pi / _SAMPLES)
     t = np.unique(np.concatenate([steps, np.arctan2(ry * np.sin(steps), rx * np.cos(steps))]))
     extrema = _roots(slope, t)
     size = max(rx, ry) * (max(rx, ry) + hypot(x, y))

@@ -82,3 +82,17 @@ def test_a_circle_about_the_centre_of_a_round_ellipse_touches_it_somewhere() -> 
         document.add_entity("circle", (1, 2, 3))
     ellipse, circle = operands(document, tuple(document.entities))
     assert math.dist(contact(document.values, ellipse, circle), (1, 2)) == pytest.approx(3)
+
+
+@pytest.mark.parametrize("angle", [0.0, math.pi / 2, math.pi, -math.pi / 2])
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_circle_touches_an_ellipse_at_its_vertices(angle: float, side: int) -> None:
+    rx, ry, radius = 1.733, 2.614, 4.341
+    point = np.array([round(math.cos(angle)) * rx, round(math.sin(angle)) * ry])
+    center = point + side * radius * point / math.hypot(*point)
+    document = Document()
+    with document.transaction("draw"):
+        document.add_entity("ellipse", (0, 0, rx, ry, 0))
+        document.add_entity("circle", (*center, radius))
+    ellipse, circle = operands(document, tuple(document.entities))
+    assert math.dist(contact(document.values, ellipse, circle), point) < 1e-12
