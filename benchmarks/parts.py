@@ -14,10 +14,12 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -211,9 +213,11 @@ def _own_clock() -> list[float]:
 
 
 def alone(name: str, path: str) -> dict[str, Any]:
-    """Seconds of an iteration in this process, whole and in parts, and its memory."""
-    from arael.distributed import solve
+    """Seconds of an iteration in this process, its memory, and its work in parts.
 
+    The work is measured twice: of this process alone, and of as many at once as there are cores,
+    which share caches, memory and often the units of a core.
+    """
     kind = _kind(name)
     before, memory = _memory(), 0.0
     stamps = Stamps(_own_clock)
@@ -224,20 +228,66 @@ def alone(name: str, path: str) -> dict[str, Any]:
         result = model.solve(solver="sparse", passes=[], max_iters=ATTEMPTS, observer=stamps)
         stamps.end()
         memory = memory or _memory() - before
-    work = {}
-    for parts in PARTS:
-        mine = Stamps(_own_clock)
-        solve(kind, path, partition=parts, workers=0, passes=[], max_iters=ATTEMPTS, observer=mine)
-        mine.end()
-        work[parts] = mine.processor
+    cores = os.cpu_count() or 1
+    with ProcessPoolExecutor(
+        cores, mp_context=get_context("spawn"), initializer=_on_all_cores
+    ) as pool:
+        at_once = list(pool.map(work_in_parts, [name] * cores, [path] * cores))
     return {
         "seconds": stamps.median,
         "processor": stamps.processor,
         "iterations": result.iterations,
         "cost": result.cost,
         "memory": memory,
-        "work": work,
+        "work": work_in_parts(name, path),
+        "work_at_once": {
+            parts: [max(found) for found in zip(*(one[parts] for one in at_once), strict=True)]
+            for parts in PARTS
+        },
     }
+
+
+def _on_all_cores() -> None:
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, range(os.cpu_count() or 1))
+
+
+def work_in_parts(name: str, path: str) -> dict[int, tuple[float, float]]:
+    """Processor seconds of an iteration in parts, all in this process.
+
+    Returns, by the number of parts, those of the parts, which can be shared out, and those of the
+    caller and of the boundary, which cannot.
+    """
+    from arael.distributed.parts.executors import Call, InProcess
+    from arael.distributed.parts.requests import solve_boundary
+    from arael.distributed.parts.solve import prepare
+    from arael.distributed.parts.solve import run as run_in_parts
+
+    class Clocked(InProcess):
+        seconds = 0.0
+
+        def ask(self, function: Callable[..., Any], calls: Sequence[Call]) -> list[Any]:
+            began = time.process_time()
+            found = super().ask(function, calls)
+            # A worker that solves the boundary does so while the others wait.
+            if function is not solve_boundary:
+                self.seconds += time.process_time() - began
+            return found
+
+    found = {}
+    for parts in PARTS:
+        executor = Clocked()
+        clocks: list[tuple[float, float]] = []
+
+        def note(record: Any, executor: Any = executor, clocks: Any = clocks) -> None:
+            if record["accepted"]:
+                clocks.append((time.process_time(), executor.seconds))
+
+        prepared = prepare(_kind(name)()._compiled, path, parts, None)
+        run_in_parts(prepared, executor, passes=[], max_iters=ATTEMPTS, observer=note)
+        whole, divided = np.diff(np.array(clocks), axis=0).T
+        found[parts] = float(np.median(divided)), float(np.median(whole - divided))
+    return found
 
 
 def _memory() -> float:
@@ -383,7 +433,7 @@ def messages() -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Model:
-    """The cost model: T = W_p / min(p, cores) + R p t + bytes / v.
+    """The cost model: T = D_p / min(p, cores) + C_p + R p t + bytes / v.
 
     Attributes
     ----------
@@ -396,11 +446,14 @@ class Model:
     rate: float
     cores: int
 
-    def parts_of(self, cell: Cell, work: float) -> tuple[float, float, float]:
-        """Seconds of work, of messages and of bytes."""
+    def parts_of(
+        self, cell: Cell, divided: float, caller: float
+    ) -> tuple[float, float, float, float]:
+        """Seconds of the parts, of the caller and the boundary, of messages and of bytes."""
         moved = cell.caller + cell.reduced
         return (
-            work / min(cell.parts, self.cores),
+            divided / min(cell.parts, self.cores),
+            caller,
             cell.rounds * cell.parts * self.message,
             moved / self.rate,
         )
@@ -434,21 +487,23 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
         "",
         "### Cost model",
         "",
-        "    T = W_p / min(p, cores) + R p t + bytes / v",
+        "    T = D_p / min(p, cores) + C_p + R p t + bytes / v",
         "",
         f"with R rounds, t = {1e3 * model.message:.2f} ms a request and v = "
         f"{model.rate / 1e6:.0f} MB/s, measured apart with requests that do nothing, of 8 bytes "
-        "and of 1 MB, to two workers; W_p, the work of an iteration in p parts, is the processor "
-        f"time of all parts in one process, measured apart too; {model.cores} cores. So nothing is "
-        "fitted, and every row is a check.",
+        "and of 1 MB, to two workers. Processor time of an iteration in p parts that are all in "
+        "one process, measured apart too: D_p is that of the parts, C_p that of the caller and of "
+        f"the boundary. The model takes D_p where {model.cores} such processes run at once, one a "
+        "core, as the workers do; beside it is what it is alone. Nothing is fitted, and every row "
+        "is a check.",
         "",
         *_checked(one, cells, model),
         "",
         "### 100 and 1,000 workers",
         "",
-        "Extrapolated, not measured. Assumed: t and v as above, one core per worker, work that "
-        "grows with the observations and divides evenly, with W_8 / W_1 as above; 40 bytes a "
-        "scalar to and from the caller; a boundary that grows with the number of parts (loop, "
+        "Extrapolated, not measured. Assumed: t and v as above, one core per worker, D_8 alone, "
+        "growing with the observations and dividing evenly; C_8 growing with the scalars; 40 bytes "
+        "a scalar to and from the caller; a boundary that grows with the number of parts (loop, "
         f"bundle), or as 2 (sqrt(p) - 1) sides (grid). {OBSERVATIONS:.0e} observations:",
         "",
         *_extrapolated(one, cells, model),
@@ -506,21 +561,32 @@ def _checked(one: dict[str, Any], cells: dict[str, list[Cell]], model: Model) ->
     rows = []
     for name, found in cells.items():
         for cell in found:
-            work = one[name]["work"][str(cell.parts)]
-            shares = model.parts_of(cell, work)
+            divided, caller = one[name]["work_at_once"][str(cell.parts)]
+            shares = model.parts_of(cell, divided, caller)
             rows.append(
                 [
                     name,
                     cell.parts,
                     f"{one[name]['processor']:.3f}",
-                    f"{work:.3f}",
+                    f"{one[name]['work'][str(cell.parts)][0]:.3f}",
+                    f"{divided:.3f}",
                     *(f"{share:.3f}" for share in shares),
                     f"{sum(shares):.3f}",
                     f"{cell.seconds:.3f}",
                     f"{cell.seconds / sum(shares):.2f}",
                 ]
             )
-    head = ["problem", "parts", "W_1, s", "W_p, s", "work", "messages", "bytes", "model, s"]
+    head = [
+        "problem",
+        "parts",
+        "one process, s",
+        "D_p alone, s",
+        "D_p, s",
+        "work",
+        "C_p",
+        "messages",
+    ]
+    head += ["bytes", "model, s"]
     return table([*head, "measured, s", "ratio"], rows)
 
 
@@ -539,7 +605,7 @@ def _extrapolated(one: dict[str, Any], cells: dict[str, list[Cell]], model: Mode
         last = found[-1]
         times = OBSERVATIONS / last.instances
         size = last.size * times
-        work = one[name]["work"][str(last.parts)] * times
+        divided, caller = (times * part for part in one[name]["work"][str(last.parts)])
         for parts in WORKERS:
             between, largest = boundary_of(name, found, size, parts)
             reduced = 8.0 * parts * largest**2
@@ -551,14 +617,15 @@ def _extrapolated(one: dict[str, Any], cells: dict[str, list[Cell]], model: Mode
                     f"{between:.1e}",
                     f"{largest:.0f}",
                     f"{reduced / 1e9:.2g}",
-                    f"{work / parts:.2g}",
+                    f"{divided / parts:.2g}",
+                    f"{caller:.2g}",
                     f"{last.rounds * parts * model.message:.2g}",
                     f"{40 * size / model.rate:.2g}",
                     f"{reduced / model.rate:.2g}",
                 ]
             )
-    head = ["problem", "workers", "scalars", "boundary", "b_p", "S, GB", "work, s", "messages, s"]
-    return table([*head, "bytes of the caller, s", "bytes of S, s"], rows)
+    head = ["problem", "workers", "scalars", "boundary", "b_p", "S, GB", "work, s", "caller, s"]
+    return table([*head, "messages, s", "bytes of the caller, s", "bytes of S, s"], rows)
 
 
 if __name__ == "__main__":

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from benchmarks.chapters import SUITES
-from benchmarks.parts import Cell, Model, Stamps, boundary_of
+from benchmarks.parts import Cell, Model, Stamps, boundary_of, grid, work_in_parts
 
 
 def cell(parts: int, between: int, largest: int) -> Cell:
     return Cell(parts, 30_000, 10_000, between, largest, 0.1, 0.1, 3e6, 1e6, 5.0, 10.0, 0.0)
 
 
-def test_the_model_adds_work_messages_and_bytes() -> None:
+def test_the_model_adds_work_of_parts_and_caller_messages_and_bytes() -> None:
     model = Model(message=1e-3, rate=1e8, cores=2)
-    assert model.parts_of(cell(4, 100, 50), 0.6) == pytest.approx((0.3, 0.02, 0.04))
-    assert model.parts_of(cell(1, 0, 0), 0.6)[0] == pytest.approx(0.6)
+    assert model.parts_of(cell(4, 100, 50), 0.6, 0.1) == pytest.approx((0.3, 0.1, 0.02, 0.04))
+    assert model.parts_of(cell(1, 0, 0), 0.6, 0.1)[0] == pytest.approx(0.6)
+
+
+def test_work_of_the_parts_is_told_from_that_of_the_caller(tmp_path: Path) -> None:
+    grid(tmp_path, n=20)
+    for divided, caller in work_in_parts("grid", str(tmp_path / "grid.npz")).values():
+        assert divided > 0
+        assert caller > 0
 
 
 def test_boundaries_grow_with_parts_on_a_line_and_with_their_root_on_a_grid() -> None:
