@@ -151,7 +151,10 @@ def check_splittable(layout: Layout) -> None:
     why = ""
     help_ = "solve it on one machine"
     if layout.precision != "f64":
-        why, help_ = "parts are solved in f64, the model is f32", "load it with precision='f64'"
+        why = "parts are solved in f64, the model is f32"
+        help_ = (
+            "solve it in f64: `arael solve --precision f64`, or arael.load(..., precision='f64')"
+        )
     elif layout.summed or layout.totals or any(group.lengths for group in layout.groups):
         why = "a constraint sums over the rows of a list, which may be in several parts"
     elif any(function.native for function in layout.functions):

@@ -27,6 +27,7 @@ from tests.optional import needs, require
 
 from .faults import Cluster, kills
 from .problems import GRID, PROBLEMS, arrays_of, with_arrays
+from .test_equal import BOUNDED
 
 pytestmark = needs("Dask")
 
@@ -53,6 +54,24 @@ def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
     np.testing.assert_allclose(
         found.covariance().marginal("poses", 30),
         other.covariance().marginal(("poses", 30)),
+        rtol=1e-5,
+        atol=1e-8,
+    )
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_bounds_hold_on_workers(client: Any, name: str) -> None:
+    model = BOUNDED[name]()
+    other = with_arrays(model, arrays_of(model))
+    found = solve(model, partition=3, client=client)
+    result = other.solve(solver="sparse")
+    assert found.result.iterations == result.iterations
+    assert found.result.cost == pytest.approx(result.cost, rel=1e-9)
+    row = 3
+    collection = {"bundle": "points", "loop": "poses", "grid": "nodes"}[name]
+    np.testing.assert_allclose(
+        found.covariance().marginal(collection, row),
+        other.covariance().marginal((collection, row)),
         rtol=1e-5,
         atol=1e-8,
     )

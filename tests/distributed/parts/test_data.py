@@ -200,7 +200,7 @@ def test_a_sum_over_rows_is_refused() -> None:
 def test_single_precision_is_refused() -> None:
     model: Any = arael.load("pose_graph_2d", precision="f32", interpret=True)()
     text = refused("E0895", model, partition=2)
-    assert "parts are solved in f64" in text and "precision='f64'" in text
+    assert "parts are solved in f64" in text and "--precision f64" in text
 
 
 @pytest.mark.filterwarnings("ignore:.*bound to a Python function")
