@@ -285,7 +285,11 @@ class Numbers(Upkeep):
         return crossed
 
     def cross_back(self, names: Iterable[str]) -> None:
-        """Lay points out on the pieces that are nearest: where they crossed to had no solution."""
+        """Lay points out on the pieces that are nearest: where they crossed to had no solution.
+
+        What `note_parameters` found there does not count any more.
+        """
+        self._at_knots = {}
         for name in names:
             self._pieces.pop(name, None)
             self._pending["constraints", name] = None

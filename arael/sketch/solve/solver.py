@@ -135,7 +135,7 @@ class Solver:
             share = min(share + 2.0 * SMALLEST_STEP, 1.0)
             found, last = self._once(last, share, crossed)
             share += (1.0 - share) * found.fraction
-        if moved and not found.solved:
+        if not found.solved:
             self.layout.cross_back(moved)
         return found
 
@@ -590,7 +590,15 @@ class Drag:
         solver, layout = self.solver, self.solver.layout
         if solver.interrupted:
             return Outcome("interrupted", fraction=0.0)
-        layout.cross_knots()
+        crossed = layout.cross_knots()
+        outcome = self._pulled(offsets, places, seconds)
+        if not outcome.solved:
+            # Numbers are as before this frame: on the pieces that points came from.
+            layout.cross_back(crossed)
+        return outcome
+
+    def _pulled(self, offsets: NDArray[np.int64], places: Array, seconds: float | None) -> Outcome:
+        solver, layout = self.solver, self.solver.layout
         x = layout.gather().copy()
         if layout.impossible:
             names = tuple(layout.impossible)

@@ -195,6 +195,20 @@ def test_a_line_does_not_grow_without_end_to_hold_its_direction() -> None:
     assert np.abs(session.document.values).max() < 1e4
 
 
+def test_a_refused_length_does_not_let_a_drag_jump_to_a_knot() -> None:
+    """The nearest that the point comes to the line's other end is a knot of the spline."""
+    session = sketch("add_spline 0,0 2,6 6,-4 10,6 14,0")
+    for pole in range(1, 6):
+        session.run(f"lock S0.pole{pole}")
+    session.run("add_line 9,2 6,-9; lock L0.p2; point_on L0.p1 S0; length L0 12")
+    assert refused(session, "length L0 9.99") == "E1231"
+    session.run("delete d0")
+    before = session.document.values.copy()
+    session.run("drag L0.p1 @0.01,0")
+    assert 0 < np.abs(session.document.values - before).max() < 0.02
+    session.editor.layout.check()
+
+
 def test_a_point_on_a_knot_of_a_spline_is_on_either_piece() -> None:
     session = sketch("add_spline 0,0 1,2 3,2 4,0 6,-1; add_point 2,1.5; point_on P0 S0")
     at = session.document.point_at("P0")
