@@ -104,7 +104,7 @@ class Agents:
         constraints are redundant.
         """
         self._seen()
-        return await self._call(lambda: state_of(self._shared))
+        return await self._call(self._state)
 
     async def get_help(self, topic: str = "") -> str:
         """Show the commands, or one command, group or topic; `full` shows the whole manual."""
@@ -163,6 +163,10 @@ class Agents:
 
     def _make(self, text: str, step: str) -> dict[str, Any]:
         return self._shared.run(self, "agent", text, step=step)
+
+    def _state(self) -> dict[str, Any]:
+        with self._shared.session.editor.solver.question():
+            return state_of(self._shared)
 
     async def _call(self, function: Callable[[], _T]) -> _T:
         """Call a function in the thread of the sketch."""

@@ -76,11 +76,10 @@ def _conflicts(shared: SharedSketch, window: Window, message: Message) -> Messag
     """Constraints that contradict or hold nothing new, each with what it depends on."""
     session = shared.session
     judge, document = session.editor.judge, session.document
-    with session.editor.solver.question():
-        standing = judge.standing(judge.freedoms().redundant)
-        impossible = [one for one in standing if one.kind == "impossible"]
-        spare = [one.name for one in standing if one.kind != "impossible"]
-        verdicts = [*impossible, *(judge.verdicts(spare) if spare else ())]
+    standing = judge.standing(judge.freedoms().redundant)
+    impossible = [one for one in standing if one.kind == "impossible"]
+    spare = [one.name for one in standing if one.kind != "impossible"]
+    verdicts = [*impossible, *(judge.verdicts(spare) if spare else ())]
     found: list[dict[str, Any]] = []
     for verdict in verdicts:
         others = [name for name in verdict.members if name != verdict.name]

@@ -271,12 +271,16 @@ class SharedSketch:
 
     @contextmanager
     def acting(self, actor: Actor) -> Iterator[None]:
-        """Put the state of an actor into the session, and the session's own back."""
+        """Put the state of an actor into the session, and the session's own back.
+
+        What is done meanwhile can be broken off, questions too.
+        """
         session = self.session
         own, session.state = session.state, actor.state
         self.is_running = True
         try:
-            yield
+            with session.editor.solver.question():
+                yield
         finally:
             self.is_running = False
             # A command that fails puts another state in place.

@@ -90,13 +90,15 @@ class Solver:
 
     @contextmanager
     def question(self) -> Iterator[None]:
-        """What is asked between edits, and changes nothing, can be broken off: E1235."""
-        self._question = object()
+        """What is asked, or done in several edits, can be broken off as a whole: E1235."""
+        outer = self._question
+        self._question = outer or object()
         try:
             yield
         finally:
-            self._question = None
-            _ = self.interrupted  # withdraws a request that came for this question
+            self._question = outer
+            if outer is None:
+                _ = self.interrupted  # withdraws a request that came for this question
 
     @property
     def interrupted(self) -> bool:
