@@ -107,7 +107,8 @@ def test_random_sketches_elsewhere_are_judged_and_drawn_alike(where: str, seed: 
 @pytest.mark.slow
 def test_of_many_random_sketches_elsewhere_nearly_all_are_judged_and_drawn_alike() -> None:
     # Where a sketch has a solution almost, two that are equally near, or one at which an equation
-    # is zero twice (an end on its own centre, parallels at the turn of an angle), rounding decides.
+    # is zero twice, rounding decides. Of these: parallels at the turn of an angle (seed 101), a
+    # symmetry of an arc's own ends (108), a distance of circles about one centre (121).
     other = []
     for where in PLACES:
         for seed in range(100, 125):
@@ -115,7 +116,7 @@ def test_of_many_random_sketches_elsewhere_nearly_all_are_judged_and_drawn_alike
                 placed(seed, PLACES[where], 30)
             except AssertionError as error:
                 other.append((where, seed, str(error).split("\n")[0]))
-    assert len(other) <= 0.1 * 25 * len(PLACES), other
+    assert len(other) <= 0.06 * 25 * len(PLACES), other
 
 
 @pytest.mark.parametrize("angle", range(0, 360, 24))
