@@ -94,6 +94,51 @@ test("the badge of an arc keeps off the leader of its radius", () => {
   }
 });
 
+test("texts and badges keep off points, and off the extension lines of dimensions", () => {
+  // the leader of the radius leads to the corner, where a point is and an extension line begins
+  const { store, view } = scene(
+    [["L0", "line", [0, 0, 40, 0]], ["A0", "arc", [35, 25, 40, 25, 35, 30, 5]], ["P0", "point", [40, 30]], ["L1", "line", [0, 30, 0, 0]]],
+    [["CL0H", "vertical", ["L1"]]],
+  );
+  for (const [name, kind, args] of [["d0", "radius", ["A0"]], ["d1", "vdistance", ["L0.p2", "P0"]], ["d2", "hdistance", ["L1.p1", "P0"]]]) {
+    store.dimensions.set(name, { name, kind, args, value: { text: "5", number: 5 } });
+  }
+  view.scale = 8;
+  view.centre([20, 15]);
+  const annotations = new Annotations(store, view);
+  annotations.layout(context().ctx);
+  const taken = [
+    ...annotations.dimensions.map(({ name, half, text }) => ({ name, x: text.x, y: text.y, w: text.angle ? 6 : half, h: text.angle ? half : 6 })),
+    ...annotations.glyphs.filter((one) => !one.ring).map(({ name, x, y }) => ({ name, x, y, w: HALF, h: HALF })),
+  ];
+  assert.equal(taken.length, 4);
+  const [px, py] = view.toScreen([40, 30]);
+  for (const { name, x, y, w, h } of taken) {
+    assert.ok(Math.abs(px - x) >= w + 3 || Math.abs(py - y) >= h + 3, `${name} is on the point`);
+    for (const { name: other, thin } of annotations.dimensions) {
+      for (const [x1, y1, x2, y2] of thin) {
+        const through = [0, 0.25, 0.5, 0.75, 1].some((t) => Math.abs(x1 + t * (x2 - x1) - x) < w && Math.abs(y1 + t * (y2 - y1) - y) < h);
+        assert.ok(!through || name === other, `${name} is on an extension line of ${other}`);
+      }
+    }
+  }
+});
+
+test("a dimension line does not pass through a text that was there before", () => {
+  const { store, view } = rectangle();
+  const add = (name, args, more) => store.dimensions.set(name, { name, kind: "hdistance", args, value: { text: "10", number: 10 }, ...more });
+  // the first text stands where the line of the second would be
+  add("d0", ["L2.p2", "L2.p1"], { offset: 3.4, along: 0.4 });
+  add("d1", ["L2.p2", "L2.p1"], {});
+  const annotations = new Annotations(store, view);
+  annotations.layout(context().ctx);
+  const [first, second] = annotations.dimensions;
+  const [[x1, y1, x2]] = second.lines;
+  const { x, y } = first.text;
+  assert.ok(x > Math.min(x1, x2) && x < Math.max(x1, x2));
+  assert.ok(Math.abs(y1 - y) >= 8, `a line at ${y1}, a text at ${y}`);
+});
+
 test("in a drag texts and badges move with what they belong to, on the side where they are", () => {
   const { annotations, store, view, ctx } = annotated();
   const before = { dimensions: annotations.dimensions, glyphs: annotations.glyphs };

@@ -125,7 +125,9 @@ export class Annotations {
     const box = boundsOfAll(store);
     this._middle = box ? [(box.xmin + box.xmax) / 2, (box.ymin + box.ymax) / 2] : [0, 0];
     const pen = this._pen(ctx, this.places);
-    for (const record of store.dimensions.values()) {
+    // leaders and notes have more room to give way than lines that stand beside what they measure
+    const all = [...store.dimensions.values()];
+    for (const record of [...all.filter(isLinear), ...all.filter((one) => !isLinear(one))]) {
       const d = this.dragged?.name === record.name ? this.dragged : record;
       const wanted = always.has(d.name) || d === this.dragged;
       if (!wanted && (this.dimensions.length > MOST || !this._isLarge(d))) continue;
@@ -179,7 +181,11 @@ export class Annotations {
     const { store, view, places } = this;
     for (const entity of store.entities.values()) {
       const curve = curveOf(entity, store.values);
-      if (!curve) continue;
+      if (!curve) {
+        const [x, y] = view.toScreen(store.point(entity.name) ?? [NaN, NaN]);
+        if (x > 0 && y > 0 && x < view.width && y < view.height) places.take(x, y, 4, 4);
+        continue;
+      }
       const step = Math.max(12 / view.scale, roughLength(curve) / 150);
       for (const p of sample(curve, step)) {
         const [x, y] = view.toScreen(p);
@@ -246,6 +252,11 @@ export class Annotations {
     return store.hovered.has(name) ? "preview" : "";
   }
 }
+
+const LINEAR = new Set(["length", "distance", "hdistance", "vdistance"]);
+
+/** @param {Dimension} one */
+const isLinear = (one) => LINEAR.has(one.kind);
 
 /** @param {import("../view.js").View} view */
 const viewKey = ({ x, y, scale, width, height }) => [x, y, scale, width, height].join(" ");

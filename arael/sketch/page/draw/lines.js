@@ -64,13 +64,18 @@ export function linear(pen, d, text, a, b, heading) {
   const slides = typeof d.along === "number" ? [d.along] : [0, 0.2, -0.2];
   const w = Math.abs(Math.cos(upright)) * drawn.half + Math.abs(Math.sin(upright)) * HALF_HEIGHT;
   const h = Math.abs(Math.sin(upright)) * drawn.half + Math.abs(Math.cos(upright)) * HALF_HEIGHT;
-  const [level, at] = firstFree(slides, levels, textAt, (p) => pen.places.isFree(p[0], p[1], w, h));
+  /** @param {number} level @returns {[Point, Point]} */
+  const lineAt = (level) => [
+    view.toScreen([s * heading[0] + level * n[0], s * heading[1] + level * n[1]]),
+    view.toScreen([t * heading[0] + level * n[0], t * heading[1] + level * n[1]]),
+  ];
+  const [level, at] = firstFree(slides, levels, textAt, (p, one) => pen.places.isFree(p[0], p[1], w, h, lineAt(one)));
   pen.places.take(at[0], at[1], w, h, d.name);
-  const p = view.toScreen([s * heading[0] + level * n[0], s * heading[1] + level * n[1]]);
-  const q = view.toScreen([t * heading[0] + level * n[0], t * heading[1] + level * n[1]]);
+  const [p, q] = lineAt(level);
   extension(drawn, view.toScreen(a), p);
   extension(drawn, view.toScreen(b), q);
   arrowed(drawn, p, q);
+  for (const [x1, y1, x2, y2] of drawn.thin) takeLine(pen, [x1, y1], [x2, y2]);
   takeLine(pen, p, q);
   drawn.text = { x: at[0], y: at[1], angle: -upright, text };
   drawn.placeAt = (screen) => {
@@ -85,14 +90,14 @@ export function linear(pen, d, text, a, b, heading) {
 /**
  * The first level and place that are free, in the order of slides and then levels; the first of all if none is.
  * @param {number[]} slides @param {number[]} levels
- * @param {(level: number, slide: number) => Point} place @param {(at: Point) => boolean} isFree
+ * @param {(level: number, slide: number) => Point} place @param {(at: Point, level: number) => boolean} isFree
  * @returns {[number, Point]}
  */
 function firstFree(slides, levels, place, isFree) {
   for (const slide of slides) {
     for (const level of levels) {
       const at = place(level, slide);
-      if (isFree(at)) return [level, at];
+      if (isFree(at, level)) return [level, at];
     }
   }
   return [levels[0], place(levels[0], slides[0])];

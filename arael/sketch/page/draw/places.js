@@ -28,13 +28,25 @@ export class Places {
   }
 
   /**
-   * Whether a rectangle of half sizes w, h overlaps none that is taken.
+   * Whether a rectangle of half sizes w, h overlaps none that is taken, and a line that goes with it passes
+   * through no text or badge.
    * @param {number} x @param {number} y @param {number} w @param {number} h
+   * @param {[Point, Point]} [line]
    */
-  isFree(x, y, w, h) {
+  isFree(x, y, w, h, line) {
     this._asked++;
-    this._free = this._isFree(x, y, w, h);
+    this._free = this._isFree(x, y, w, h) && !(line && this._passesThrough(...line));
     return this._free;
+  }
+
+  /** Whether a line passes through something that can be picked. @param {Point} p @param {Point} q */
+  _passesThrough(p, q) {
+    const count = Math.min(Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / 6), 300);
+    for (let i = 0; i <= count; i++) {
+      const [x, y] = [0, 1].map((k) => p[k] + (i / Math.max(count, 1)) * (q[k] - p[k]));
+      if (this.at(x, y, 1).length) return true;
+    }
+    return false;
   }
 
   /** @param {number} x @param {number} y @param {number} w @param {number} h */
