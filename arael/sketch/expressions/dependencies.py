@@ -36,7 +36,12 @@ def paths_of(text: str) -> tuple[str, ...]:
 
 def is_live(record: Dimension | Parameter) -> bool:
     """Whether a value of a record is more than a literal."""
-    return any(literal(amount.text) is None for _, amount in amounts_of(record))
+    if isinstance(record, Parameter):
+        return literal(record.amount.text) is None
+    for amount in (record.value, record.low, record.high):
+        if amount is not None and literal(amount.text) is None:
+            return True
+    return False
 
 
 def reads(document: Document, record: Dimension | Parameter) -> list[str]:

@@ -62,6 +62,7 @@ class Expression:
         return tuple(dict.fromkeys(one.path for one in self.references))
 
 
+@lru_cache(maxsize=8192)
 def literal(text: str) -> float | None:
     """The number that a text is, None if it is more than a number."""
     return float(text) if _LITERAL.match(text) else None
