@@ -31,7 +31,6 @@ class PartCovariance:
 
     def __init__(self, problem: Problem, team: Team) -> None:
         self._problem, self._team = problem, team
-        team.choose()
         _, gradient, diagonal = team.linearise(problem.states)
         diagonal = diagonal.copy()
         diagonal[problem.structure.system.held] = 1

@@ -18,17 +18,15 @@ x_i. So a step takes one sweep forward and one backward, as on one machine.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.distributed.parts.shares import Share
-from arael.runtime.assembly.components import Partition, components_in
 from arael.runtime.assembly.positions import row_and_column_positions
 from arael.runtime.assembly.structure import Structure, structure_of_chosen
-from arael.runtime.evaluation.component_lanes import ComponentLanes
 from arael.runtime.layout import Layout
 from arael.runtime.levenberg.remote import curvature_of
 from arael.runtime.linear.analysis import analyse_order
@@ -118,7 +116,6 @@ class Part:
         self.boundary = np.flatnonzero(share.boundary[scalar_block])
         self.idle = np.flatnonzero(~(share.interior | share.boundary)[scalar_block])
         self._workspace = self.problem.evaluation.workspace()
-        self._lanes: ComponentLanes | None = None
         self._solver: SparseSolver | None = None
         self._values: Floats = np.zeros(0)
         self._diagonal: Floats = np.zeros(0)
@@ -152,21 +149,9 @@ class Part:
         self._diagonal = np.array(values[self.problem.diagonal_at])
         return float(cost), self.gradient, self._diagonal
 
-    @cached_property
-    def components(self) -> Partition:
-        """What is connected by the rows of this part."""
-        return components_in(self.structure, self.problem.layout.groups)
-
-    def costs(self) -> Floats:
-        """(components + 1,) `cost` by component; last of rows that read nothing solved for."""
-        if self._lanes is None:
-            self._lanes = self.problem.evaluation.component_lanes(self.components)
-        return self.problem.evaluation.component_costs(self._lanes)
-
-    def curvatures(self, step: Floats) -> Floats:
-        """(components,) ``step' H step`` with the present linearisation."""
-        own = self.components
-        return curvature_of(self.problem.box, self._values, step, own.of_scalar, own.count)
+    def curvature(self, step: Floats) -> float:
+        """``step' H step`` with the present linearisation."""
+        return curvature_of(self.problem.box, self._values, step)
 
     # --- elimination -------------------------------------------------------------------------
 
@@ -301,4 +286,6 @@ def _places_of_sweeps(fronts: list[tuple[Any, ...]], size: int) -> Ints:
 
 def empty_structure(store: Store, frozen: frozenset[str]) -> Structure:
     """The structure of a store without constraints: only the system."""
-    return structure_of_chosen(store, (), frozen)
+    found = structure_of_chosen(store, (), frozen)
+    found.partition.append(None)  # it is solved as one
+    return found

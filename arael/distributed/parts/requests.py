@@ -280,26 +280,6 @@ def cost(part: PartName | PartRecipe, point: Point) -> float:
         return one.part.cost()
 
 
-def components(part: PartName | PartRecipe) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
-    """What is connected by the rows of a part.
-
-    Returns
-    -------
-    labels : (local blocks,) component of each
-    guarded : (components,) whether a guard of a row of each reads parameters
-    """
-    own = kept(part).part.components
-    return own.of_block, own.guarded
-
-
-def costs(part: PartName | PartRecipe, point: Point) -> Floats:
-    """(components + 1,) `cost` by component of the part; see `Part.costs`."""
-    one = kept(part)
-    with one.lock:
-        _move(one, point)
-        return one.part.costs()
-
-
 def linearise(part: PartName | PartRecipe, point: Point) -> tuple[float, Floats, Floats]:
     """Cost, J'r and diagonal of J'J of a part, (local scalars,) each."""
     one = kept(part)
@@ -318,13 +298,13 @@ def explain(part: PartName | PartRecipe, point: Point, derivatives: bool) -> Dia
         return non_finite(problem, derivatives)
 
 
-def curvatures(part: PartName | PartRecipe, point: Point, step: Floats) -> Floats:
-    """(components,) ``step' H step`` by component of a part at a state."""
+def curvature(part: PartName | PartRecipe, point: Point, step: Floats) -> float:
+    """``step' H step`` of a part at a state."""
     one = kept(part)
     with one.lock:
         if one.linearised != point.number:
             _linearise(one, point)
-        return one.part.curvatures(step)
+        return one.part.curvature(step)
 
 
 def sweep(
@@ -365,25 +345,25 @@ def substitute(
     right: Right,
     boundary: Floats,
     point: Point | None,
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, float]:
     """The interior's solution, from that of the part's boundary (b,).
 
     Returns
     -------
     solution : (interior,)
-    curvatures : (components,) ``x' H x`` of both at the state `point`; (0,) without one
+    curvature : ``x' H x`` of both at the state `point`; 0 without one
     """
     one = kept(part)
     with one.lock:
         _sweep(one, damped, right)
         found = one.part.substituted(boundary)
         if point is None:
-            return found, np.zeros(0)
+            return found, 0.0
         if one.linearised != point.number:
             _linearise(one, point)
         step = np.zeros(one.part.structure.system.size)
         step[one.part.interior], step[one.part.boundary] = found, boundary
-        return found, one.part.curvatures(step)
+        return found, one.part.curvature(step)
 
 
 def _move(one: Kept, point: Point) -> None:

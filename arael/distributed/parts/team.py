@@ -16,8 +16,6 @@ from arael.distributed.parts.boundary import Boundary, BoundarySystem, scalars_o
 from arael.distributed.parts.executors import Call, Executor, lost_too_often
 from arael.distributed.parts.requests import BoundaryStep, Damped, PartRecipe, Point, Right
 from arael.distributed.parts.shares import Share
-from arael.runtime.assembly.components import Partition, labelled
-from arael.runtime.assembly.pattern import BlockPattern
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -87,56 +85,17 @@ class Team:
         self._last: tuple[list[Floats], list[Point]] = ([], [])
         self._at: list[Point] = []
         self._own: Floats = np.zeros(0)
-        self._linearised: Floats = np.zeros(0)
         self._held: list[Ints | None] = []
-        self._on_bounds = self._ended = np.zeros(0, dtype=np.int64)
-        self._components: Partition | None = None
-        self._of_components: list[Ints] = []
         self._factor: tuple[list[Damped], Floats] | None = None
         self._factored = -1
         self._system: tuple[BoundarySystem, int] | None = None
         self._descent: Floats = np.zeros(0)  # negative gradient at the state of the parts
-        self._curved: tuple[Floats, Floats] = (np.zeros(0), np.zeros(0))
+        self._curved: tuple[Floats, float] = (np.zeros(0), 0.0)
         self._is_small = sum(8 * len(at.boundary) ** 2 for at in self._places) <= _SMALL
 
     def describe(self) -> list[tuple[int, bool, int]]:
         """Of each part `requests.describe`."""
         return self._ask(requests.describe, [((), ())] * len(self._shares))
-
-    def find_components(self, pattern: BlockPattern) -> Partition | None:
-        """The components of the problem, whose system has this pattern; None if there is one.
-
-        Each part knows what its rows connect. Components of parts that have a block in common
-        are of one of the whole.
-        """
-        # imported here: start-up time
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        found = self._ask(requests.components, [((), ())] * len(self._shares))
-        n = pattern.block_count
-        counts = [len(guarded) for _, guarded in found]
-        first = n + np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
-        blocks = np.concatenate([np.zeros(0, np.int64), *(s.blocks for s in self._shares)])
-        theirs = [k + labels for k, (labels, _) in zip(first[:-1], found, strict=True)]
-        pairs = (blocks, np.concatenate([np.zeros(0, np.int64), *theirs]))
-        joined = coo_array((np.ones(len(blocks), np.int8), pairs), shape=(first[-1], first[-1]))
-        every = connected_components(joined, directed=False)[1]
-        _, begins, labels = np.unique(every[:n], return_index=True, return_inverse=True)
-        count = len(begins)
-        if count < 2:
-            return None
-        # Numbered in the order of their first blocks, as on one machine.
-        of_block = np.argsort(np.argsort(begins))[labels].astype(np.int32)
-        self._of_components = []
-        guarded = np.zeros(count, dtype=bool)
-        for share, (own, flags) in zip(self._shares, found, strict=True):
-            of_own = np.zeros(len(flags), dtype=np.int64)
-            of_own[own] = of_block[share.blocks]
-            guarded[of_own[flags]] = True
-            self._of_components.append(of_own)
-        self._components = labelled(pattern, count, of_block, guarded)
-        return self._components
 
     def explain(self, states: list[Floats], derivatives: bool) -> Diagnostic | None:
         """The first residual (or derivative) that is not finite at some states."""
@@ -151,30 +110,6 @@ class Team:
         points = self._point(states)
         self.traffic.out += sum(point.x.nbytes for point in points if point.x is not None)
         return float(sum(self._ask(requests.cost, [((p,), (p,)) for p in points])))
-
-    def costs(self, states: list[Floats]) -> Floats:
-        """(components + 1,) `cost` by component; last of rows that read nothing solved for."""
-        points = self._point(states)
-        self.traffic.out += sum(point.x.nbytes for point in points if point.x is not None)
-        found = self._ask(requests.costs, [((p,), (p,)) for p in points])
-        self.traffic.back += sum(one.nbytes for one in found)
-        return np.append(self._by_component([one[:-1] for one in found]), sum(f[-1] for f in found))
-
-    def _by_component(self, found: Sequence[Floats]) -> Floats:
-        """(components,) sums of what parts have by their own components."""
-        if self._components is None:
-            return np.array([sum(float(one.sum()) for one in found)])
-        total = np.zeros(self._components.count)
-        for of_own, one in zip(self._of_components, found, strict=True):
-            np.add.at(total, of_own, one)
-        return total
-
-    def choose(self, active: NDArray[np.bool_] | None = None) -> None:
-        """Leave components that have ended out of the factors; (components,), None: keep all."""
-        self._ended = np.zeros(0, dtype=np.int64)
-        if active is not None and self._components is not None:
-            self._ended = np.flatnonzero(~active[self._components.of_scalar])
-        self._leave_out()
 
     def linearise(self, states: list[Floats]) -> tuple[float, Floats, Floats]:
         """Cost, J'r and the diagonal of J'J."""
@@ -191,28 +126,20 @@ class Team:
             for whole, mine in ((at.interior, at.of_interior), (at.boundary, at.of_boundary)):
                 gradient[whole] += first[mine]
                 diagonal[whole] += second[mine]
-        self._linearised, self._descent = diagonal, -gradient
-        self._on_bounds = np.zeros(0, dtype=np.int64)
-        self._leave_out()
-        self._curved = (np.zeros(0), np.zeros(0))
+        self._own, self._descent = diagonal, -gradient
+        self._held = [None] * len(self._places)
+        self._curved = (np.zeros(0), 0.0)
         return total, gradient, diagonal
 
     def hold(self, scalars: Ints) -> None:
         """Leave scalars that stand at a bound out of the factors at the present states."""
-        self._on_bounds = scalars
-        self._leave_out()
-
-    def _leave_out(self) -> None:
-        """Scalars at bounds, and those of components that have ended, are out of next factors."""
-        self._own, self._held = self._linearised, [None] * len(self._places)
-        out = np.union1d(self._on_bounds, self._ended)
-        if len(out) and len(self._own):
+        if len(scalars):
             self._own = self._own.copy()
-            self._own[out] = 0
-            self._held = [np.flatnonzero(np.isin(at.every, out)) for at in self._places]
+            self._own[scalars] = 0
+            self._held = [np.flatnonzero(np.isin(at.every, scalars)) for at in self._places]
 
-    def curvature(self, step: Floats) -> Floats:
-        """``step' J'J step`` by component (components,), with the present linearisation."""
+    def curvature(self, step: Floats) -> float:
+        """``step' J'J step`` with the present linearisation."""
         known, found = self._curved
         if len(known) and np.array_equal(known, step):
             return found
@@ -223,7 +150,7 @@ class Team:
             mine[at.of_boundary] = step[at.boundary]
             self.traffic.out += mine.nbytes
             asked.append(((point.named(), mine), (point, mine)))
-        return self._by_component(self._ask(requests.curvatures, asked))
+        return float(sum(self._ask(requests.curvature, asked)))
 
     def factor(self, damped: Floats, right: Floats) -> tuple[int, Floats | None]:
         """Factorise with a damped diagonal and solve; 1 + the scalar that failed and None."""
@@ -297,12 +224,14 @@ class Team:
             return 1 + int(self.scalars[step.failed - 1]), None
         x = np.zeros(self._size)
         x[self.scalars] = step.x
+        total = 0.0
         found = self._substituted(rights, step.x, curved)
-        for at, (own, _) in zip(self._places, found, strict=True):
+        for at, (own, curvature) in zip(self._places, found, strict=True):
             self.traffic.back += own.nbytes
             x[at.interior] = own
+            total += curvature
         if curved:
-            self._curved = (x.copy(), self._by_component([one for _, one in found]))
+            self._curved = (x.copy(), total)
         return 0, x
 
     def _sweep(
@@ -383,7 +312,7 @@ class Team:
 
     def _substituted(
         self, rights: Sequence[Right | None], boundary: Floats, curved: bool = False
-    ) -> list[tuple[Floats, Floats]]:
+    ) -> list[tuple[Floats, float]]:
         """Solutions of the interiors of the parts with a right-hand side, and curvatures."""
         assert self._factor is not None
         calls = []

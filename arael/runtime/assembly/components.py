@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import uncoupled_pairs
 from arael.runtime.assembly.structure import Structure
 from arael.runtime.assembly.union_find import connected, labels_of_instances, runs_of_values
@@ -65,67 +63,32 @@ def partition_of(structure: Structure, groups: Sequence[Group]) -> Partition | N
 
 
 def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:
-    if structure.pattern.block_count < 2:
+    pattern = structure.pattern
+    if pattern.block_count < 2:
         return None
-    idle, count, labels = _connected(structure, groups)
-    return _of_instances(structure, groups, idle, count, labels) if count > 1 else None
-
-
-def components_in(structure: Structure, groups: Sequence[Group]) -> Partition:
-    """The components of a structure, of which there may be one or none."""
-    return _of_instances(structure, groups, *_connected(structure, groups))
-
-
-def _connected(structure: Structure, groups: Sequence[Group]) -> tuple[NDArray[Any], int, Labels]:
-    """Which blocks are idle, the number of components, and (nb,) that of each block."""
     idle = _idle(structure)
     ones, others = _uncoupled(structure, groups)
-    pattern = structure.pattern
-    return idle, *connected(pattern.column_start, pattern.rows, ones, others, idle)
-
-
-def _of_instances(
-    structure: Structure, groups: Sequence[Group], idle: NDArray[Any], count: int, labels: Labels
-) -> Partition:
+    count, labels = connected(pattern.column_start, pattern.rows, ones, others, idle)
+    if count < 2:
+        return None
     # All uses of an instance that are solved for are of one component.
     instances = [
-        labels_of_instances(one.gradient_at, structure.pattern.offsets, labels, idle, count)
+        labels_of_instances(one.gradient_at, pattern.offsets, labels, idle, count)
         for one in structure.placements
     ]
     guarded = np.zeros(count + 1, dtype=bool)
     for group, found in zip(groups, instances, strict=True):
         if group.moving_guard is not None:
             guarded[found] = True
-    return labelled(structure.pattern, count, labels, guarded[:count], tuple(instances), idle)
-
-
-def labelled(
-    pattern: BlockPattern,
-    count: int,
-    labels: Labels,
-    guarded: NDArray[np.bool_],
-    instances: tuple[Labels, ...] = (),
-    idle: NDArray[Any] | None = None,
-) -> Partition:
-    """The partition of a pattern whose blocks have these components.
-
-    Parameters
-    ----------
-    count : components
-    labels : (nb,) int32, numbered in the order of their first blocks
-    guarded, instances : of `Partition`
-    idle : (nb,) whether nothing moves in a block; None: in all something does
-    """
-    moving = labels if idle is None else np.where(idle, -1, labels)
     return Partition(
         count,
         labels,
         np.repeat(labels, pattern.sizes),
-        instances,
-        guarded,
+        tuple(instances),
+        guarded[:count],
         runs_of_values(pattern.column_start, pattern.value_start, labels, pattern.value_count),
-        np.flatnonzero(np.diff(np.maximum.accumulate(moving), prepend=-1)),
-        np.bincount(moving[moving >= 0], minlength=count),
+        np.flatnonzero(np.diff(np.maximum.accumulate(np.where(idle, -1, labels)), prepend=-1)),
+        np.bincount(labels[idle == 0], minlength=count),
     )
 
 

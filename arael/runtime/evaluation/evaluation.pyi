@@ -5,8 +5,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.components import Partition
-from arael.runtime.evaluation.component_lanes import ComponentLanes
 from arael.runtime.evaluation.groups import Groups
 
 class Evaluation(Groups):
@@ -17,8 +15,6 @@ class Evaluation(Groups):
     updating: bool
 
     def total_cost(self) -> float: ...
-    def component_lanes(self, partition: Partition) -> ComponentLanes: ...
-    def component_costs(self, lanes: ComponentLanes) -> NDArray[np.float64]: ...
     def linearised(
         self, workspace: tuple[NDArray[Any], NDArray[Any]] | None = None
     ) -> tuple[float, NDArray[Any], NDArray[Any]]: ...

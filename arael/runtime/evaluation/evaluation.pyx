@@ -254,24 +254,6 @@ cdef class Evaluation(Groups):
         self.raise_failure()
         return cost
 
-    def component_lanes(self, partition):
-        """The instances of the problem by component, a `ComponentLanes`."""
-        return ComponentLanes(self, partition)
-
-    def component_costs(self, ComponentLanes lanes):
-        """(components + 1,) costs at the accepted state.
-
-        The last is that of instances that read nothing that is solved for.
-        """
-        found = np.zeros(lanes.components + 1)
-        cdef double* total = <double*>writable(found, np.float64)
-        with nogil:
-            self.guard()
-            self.costs(self.states.current, lanes)
-            lanes.add(total)
-        self.raise_failure()
-        return found
-
     def linearised(self, workspace=None):
         """Cost, J'r (size,) and the values of J'J (value_count,) at the accepted state.
 

@@ -1,6 +1,6 @@
 from typing import Any
 
-from numpy import float64, int32
+from numpy import float64
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
@@ -21,6 +21,4 @@ class RemoteSolver(LinearSolver):
     parts: Any
     def __init__(self, pattern: BlockPattern, parts: Any) -> None: ...
 
-def curvature_of(
-    box: Box, values: Floats, step: Floats, component: NDArray[int32], count: int
-) -> Floats: ...
+def curvature_of(box: Box, values: Floats, step: Floats) -> float: ...

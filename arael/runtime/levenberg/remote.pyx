@@ -4,13 +4,13 @@
 The loop (`loop.pyx`) holds the states and the vectors of the whole problem. Cost, gradient,
 diagonal and curvature are sums over parts, and a step is the solution of a system in parts; each is
 asked of one Python object, once an attempt. So a problem in parts is solved by the same loop as any
-other: the same steps, attempts and ends, of each connected component too.
+other: the same steps, attempts and ends.
 """
 
 import numpy as np
 
 from libc.math cimport NAN
-from libc.stdint cimport int32_t, uint8_t
+from libc.stdint cimport int32_t
 from libc.string cimport memcpy
 
 from arael.runtime.evaluation.component_lanes cimport ComponentLanes
@@ -38,68 +38,15 @@ cdef _put(found, void* to, Py_ssize_t n):
         memcpy(to, &values[0], n * sizeof(double))
 
 
-cdef class RemoteLanes(ComponentLanes):
-    """Costs of the components of a problem in parts, and which of them go on."""
-
-    cdef RemoteEvaluation _evaluation
-    cdef object _found
-
-    def __init__(self, RemoteEvaluation evaluation, partition):
-        super().__init__(evaluation, partition)
-        self._evaluation, self._found = evaluation, np.zeros(self.components + 1)
-
-    cdef void choose(self, const uint8_t* active) noexcept nogil:
-        with gil:
-            self._choose_of_parts(active)
-
-    cdef void _choose_of_parts(self, const uint8_t* active) noexcept:
-        cdef Py_ssize_t k
-        try:
-            self._evaluation.parts.choose(
-                np.array([active[k] for k in range(self.components)], dtype=np.bool_))
-        except BaseException as error:
-            self._evaluation.raised.keep(error)
-
-    cdef void take(self, int which) noexcept:
-        """Ask for the costs at one of the two states."""
-        try:
-            self._found = self._evaluation.parts.costs(self._evaluation.states.arrays[which])
-        except BaseException as error:
-            self._found = np.full(self.components + 1, NAN)
-            self._evaluation.raised.keep(error)
-
-    cdef void add(self, double* total) noexcept nogil:
-        with gil:
-            _add(self._found, total)
-
-
-cdef void _add(found, double* total) noexcept:
-    """Add an array of doubles."""
-    cdef const double[::1] own = found
-    cdef Py_ssize_t k
-    for k in range(own.shape[0]):
-        total[k] += own[k]
-
-
 cdef class RemoteEvaluation(Evaluation):
     """Cost and linearisation of a problem in f64, by the object `parts`.
 
     ``parts.cost(arrays)`` and ``parts.linearise(arrays)`` get the states, one array (rows, state)
     per entity. The second returns the cost, J'r (n,) and the diagonal of J'J (n,); no other values
-    of J'J are known here. Of a problem of several components ``parts.costs(arrays)`` returns
-    the costs (components + 1,) as `Evaluation.component_costs` does, and
-    ``parts.choose(active)`` gets the components (components,) that have not ended. What they raise
-    ends the solve.
+    of J'J are known here. What they raise ends the solve.
     """
 
     cdef public object parts
-
-    def component_lanes(self, partition):
-        return RemoteLanes(self, partition)
-
-    cdef void costs(self, int which, ComponentLanes chosen) noexcept nogil:
-        with gil:
-            (<RemoteLanes>chosen).take(which)
 
     def is_guarded(self, bint guarded):
         """Set whether a guard of some instance reads parameters."""
@@ -146,7 +93,7 @@ cdef class RemoteBox(Box):
     """Bounds of a problem in parts, and the curvature of its J'J along a step.
 
     ``parts.hold(scalars)`` gets the scalars that stand at a bound, which the next factors leave
-    out; ``parts.curvature(step)`` returns ``step' H step`` by component, (components,).
+    out; ``parts.curvature(step)`` returns ``step' H step``.
     """
 
     cdef public object parts
@@ -174,7 +121,7 @@ cdef class RemoteBox(Box):
 
     cdef void _curvature_of_parts(self, const void* step, double* total) noexcept:
         try:
-            _add(self.parts.curvature(_copied(step, self._evaluation.size)), total)
+            total[0] += self.parts.curvature(_copied(step, self._evaluation.size))
         except BaseException as error:
             total[0] = NAN
             self._evaluation.raised.keep(error)
@@ -231,21 +178,11 @@ cdef class RemoteSolver(LinearSolver):
             self.raised.keep(error)
 
 
-def curvature_of(Box box, values, step, component, Py_ssize_t count):
-    """(count,) ``step' H step`` by component of a problem in f64.
-
-    Parameters
-    ----------
-    values : (value_count,) of its J'J
-    step : (n,)
-    component : (n,) int32, component of each scalar
-    count : components
-    """
+def curvature_of(Box box, values, step):
+    """Return ``step' H step`` of a problem in f64, with the values (value_count,) of its J'J."""
     cdef const double[::1] first = np.ascontiguousarray(values, dtype=np.float64)
     cdef const double[::1] second = np.ascontiguousarray(step, dtype=np.float64)
-    cdef const int32_t[::1] of_scalar = np.ascontiguousarray(component, dtype=np.int32)
-    found = np.zeros(count)
-    cdef double[::1] total = found
-    if len(first) and len(second) and count:
-        box.curvature(&first[0], &second[0], &of_scalar[0], &total[0])
-    return found
+    cdef double total = 0
+    if len(first) and len(second):
+        box.curvature(&first[0], &second[0], NULL, &total)
+    return total

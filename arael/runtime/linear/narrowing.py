@@ -29,13 +29,6 @@ Bools = NDArray[np.bool_]
 #: measured, so that a solve has the same bits each time.
 CONSTANT, MULTIPLE = 100_000, 10
 
-_NEVER = 1 << 62
-
-
-def thresholds(solver: LinearSolver) -> tuple[int, int]:
-    """Constant and multiple for a solver; parts elsewhere are not made anew for what remains."""
-    return (_NEVER, 0) if solver.plan.get("solver") == "parts" else (CONSTANT, MULTIPLE)
-
 
 def remaining_solver(whole: LinearSolver, partition: Partition, kept: Bools) -> RemainingSolver:
     """A solver of the same kind as `whole` for some components.

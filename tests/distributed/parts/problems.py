@@ -153,37 +153,6 @@ def chain(n: int = 50) -> Model:
     return receiver
 
 
-def tracks(lengths: tuple[int, ...] = (31, 4, 1, 17, 9)) -> Model:
-    """The chain in pieces that have nothing to do with each other, some far from their ends."""
-    receiver: Any = chain(sum(lengths))
-    begins = np.cumsum((0, *lengths[:-1]))
-    for epoch in begins:
-        receiver.epochs[int(epoch)].prev = None
-    receiver.epochs[int(begins[3])].p = [30.0, -8.0]
-    receiver.epochs[int(begins[4]) + 2].p.fixed = True
-    return receiver
-
-
-def fields(*sizes: int) -> Model:
-    """Grids of different sizes that have nothing to do with each other, in turn in the tables."""
-    sizes = sizes or (5, 3, 4)
-    field: Any = arael.loads(GRID, name="grid.arael", interpret=True)()
-    ones: list[Any] = [grid(n) for n in sizes]
-    count = len(sizes)
-    order = np.argsort(np.concatenate([np.arange(n * n) for n in sizes]), kind="stable")
-    place = np.argsort(order)
-    first = np.cumsum([0, *(n * n for n in sizes)])
-    h = np.concatenate([one.nodes.h for one in ones])
-    field.nodes.extend(h=h[order], s=np.ones((len(h), 2)))
-    for k in range(count):
-        links, pins = ones[k].links, ones[k].pins
-        a, b = (np.array([getattr(link, end).index for link in links]) for end in "ab")
-        field.links.extend(a=place[first[k] + a], b=place[first[k] + b], d=links.d)
-        at = np.array([pin.node.index for pin in pins])
-        field.pins.extend(node=place[first[k] + at], h=pins.h)
-    return field
-
-
 PROBLEMS = {"loop": loop, "grid": grid, "bundle": bundle, "chain": chain}
 
 

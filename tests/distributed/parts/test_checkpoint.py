@@ -11,7 +11,7 @@ import pytest
 from arael.diagnostics.records import AraelError
 from arael.distributed import solve
 
-from .problems import PROBLEMS, arrays_of, fields, with_arrays
+from .problems import PROBLEMS, arrays_of, with_arrays
 
 
 def interrupted(name: str, path: Path, attempts: int) -> tuple[Any, dict[str, Any]]:
@@ -41,28 +41,6 @@ def test_a_solve_goes_on_where_it_was(name: str, tmp_path: Path) -> None:
     assert reached < alone.start_cost
     assert found.result.cost == pytest.approx(alone.cost, rel=1e-9)
     assert [p.name for p in tmp_path.iterdir()] == ["state.npz"]
-
-
-def test_components_go_on_apart(tmp_path: Path) -> None:
-    """Some have ended when the solve is broken off: they end at once, the others go on."""
-    path = tmp_path / "state.npz"
-    model: Any = fields()
-    arrays = arrays_of(model)
-    left = iter(range(6))
-    solve(
-        with_arrays(model, arrays),
-        partition=3,
-        workers=0,
-        checkpoint=path,
-        observer=lambda record: next(left, None) is not None,
-    )
-    found = solve(with_arrays(model, arrays), partition=3, workers=0, checkpoint=path, resume=True)
-    alone = model.solve(solver="sparse")
-    np.testing.assert_allclose(
-        found.result.components.end_cost, alone.components.end_cost, rtol=1e-9
-    )
-    assert found.result.components.iterations.min() <= 1
-    assert found.result.components.iterations.max() > 2
 
 
 def refused(path: Path, model: Any) -> str:

@@ -26,8 +26,8 @@ from tests.distributed.environments import hide_compiler, workers_without_compil
 from tests.optional import needs, require
 
 from .faults import Cluster, kills
-from .problems import GRID, PROBLEMS, arrays_of, fields, with_arrays
-from .test_equal import BOUNDED, assert_equal_components
+from .problems import GRID, PROBLEMS, arrays_of, with_arrays
+from .test_equal import BOUNDED
 
 pytestmark = needs("Dask")
 
@@ -57,12 +57,6 @@ def test_a_cluster_makes_the_attempts_of_one_machine(client: Any) -> None:
         rtol=1e-5,
         atol=1e-8,
     )
-
-
-def test_components_are_solved_apart_on_workers(client: Any) -> None:
-    model: Any = fields()
-    found = solve(with_arrays(model, arrays_of(model)), partition=3, client=client)
-    assert_equal_components(found, model.solve(solver="sparse"))
 
 
 @pytest.mark.parametrize("name", BOUNDED)

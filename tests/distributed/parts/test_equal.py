@@ -10,7 +10,7 @@ import pytest
 from arael.distributed.parts.executors import InProcess
 from arael.distributed.parts.solve import prepare, run
 
-from .problems import PROBLEMS, arrays_of, fields, tracks
+from .problems import PROBLEMS, arrays_of
 
 
 def in_parts(model: Any, parts: int | None, by: str | None = None, **settings: Any) -> Any:
@@ -96,94 +96,6 @@ def test_bounds_hold_in_parts_by_a_column() -> None:
     model = bounded_bundle()
     found = in_parts(model, None, "session")
     assert_equal(found, model.solve(solver="sparse"))
-
-
-APART = {"tracks": tracks, "fields": fields}
-
-
-def assert_equal_components(found: Any, alone: Any) -> None:
-    assert_equal(found, alone)
-    mine, theirs = found.result.components, alone.components
-    assert mine.names == theirs.names
-    assert mine.rows.tolist() == theirs.rows.tolist()
-    assert mine.status.tolist() == theirs.status.tolist()
-    assert mine.iterations.tolist() == theirs.iterations.tolist()
-    assert len(set(mine.iterations.tolist())) > 2  # they end apart
-    for which in ("start_cost", "end_cost"):
-        np.testing.assert_allclose(getattr(mine, which), getattr(theirs, which), rtol=1e-9)
-
-
-@pytest.mark.parametrize("name", APART)
-@pytest.mark.parametrize("parts", [1, 2, 3, 5])
-@pytest.mark.parametrize("strategy", ["auto", "damped", "subspace"])
-def test_components_are_damped_accepted_and_ended_apart(
-    name: str, parts: int, strategy: str
-) -> None:
-    model = APART[name]()
-    found = in_parts(model, parts, strategy=strategy)
-    assert_equal_components(found, model.solve(solver="sparse", strategy=strategy))
-
-
-def test_a_component_whose_rows_have_one_label_is_in_one_part() -> None:
-    model = joined_bundles()
-    found = in_parts(model, None, "session")
-    assert found.split.between == 0
-    assert_equal(found, model.solve(solver="sparse"))
-    assert len(found.result.components) == 2
-
-
-def joined_bundles() -> Any:
-    """Two bundles, a session each, with the focal length known."""
-    scene: Any = PROBLEMS["bundle"]()
-    scene.focal.fixed = True
-    for camera in (1, 5, 6, 10):
-        scene.cameras[camera].c.fixed = True
-    for point in scene.points:
-        sessions = {seen.camera.session for seen in point.seen}
-        if len(sessions) > 1:
-            point.seen.clear()
-            point.x.fixed = True
-    return scene
-
-
-def test_components_with_bounds_and_fixed_rows_are_those_of_one_machine() -> None:
-    model: Any = fields()
-    free = model.copy()
-    free.solve(solver="sparse")
-    h = np.array(free.nodes.h)
-    for k in range(0, len(h), 3):
-        model.nodes[k].h.high = float(h[k]) - 0.05
-    model.nodes.h = np.minimum(np.array(model.nodes.h), np.array(model.nodes.h.high))
-    model.nodes[7].h.fixed = True
-    model.nodes[7].s.fixed = True
-    found = in_parts(model, 3)
-    alone = model.solve(solver="sparse")
-    assert_equal(found, alone)
-    assert found.result.components.iterations.tolist() == alone.components.iterations.tolist()
-
-
-def test_a_component_that_ends_elsewhere_does_not_stop_the_others() -> None:
-    """The limit of attempts ends the slow ones alone."""
-    model: Any = tracks()
-    found = in_parts(model, 3, max_iters=20)
-    alone = model.solve(solver="sparse", max_iters=20)
-    assert_equal(found, alone)
-    mine = found.result.components
-    assert mine.status.tolist() == alone.components.status.tolist()
-    assert {"converged", "max_iterations"} <= set(mine.status.tolist())
-
-
-@pytest.mark.parametrize("row", [0, 7, 40])
-def test_each_component_has_its_marginals(row: int) -> None:
-    model: Any = fields()
-    covariance = in_parts(model, 3).covariance()
-    model.solve(solver="sparse")
-    np.testing.assert_allclose(
-        covariance.marginal("nodes", row),
-        model.covariance().marginal(("nodes", row)),
-        rtol=1e-6,
-        atol=1e-12,
-    )
 
 
 @pytest.mark.parametrize(
