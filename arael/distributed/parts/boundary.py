@@ -75,11 +75,15 @@ class BoundarySystem:
             at = np.flatnonzero((place[row] >= 0) & (place[column] >= 0))
             self._entries.append((scalars, at, place[row[at]], place[column[at]]))
 
-    def factorise(self, parts: Sequence[Floats], added: Floats) -> int:
-        """Factorise the sum of the parts' S with `added` (n,) on its diagonal."""
+    def factorise(self, parts: Sequence[Floats | None], added: Floats) -> int:
+        """Factorise the sum of the parts' S with `added` (n,) on its diagonal.
+
+        None is a part that adds nothing.
+        """
         values = np.zeros(self.pattern.value_count)
         for one, (_, at, row, column) in zip(parts, self._entries, strict=True):
-            values[at] += one[row, column]
+            if one is not None:
+                values[at] += one[row, column]
         return int(self.solver.factorise(values, values[self._diagonal_at] + added))
 
     def solve(self, parts: Sequence[Floats | None], right: Floats) -> Floats:

@@ -31,6 +31,7 @@ class PartCovariance:
 
     def __init__(self, problem: Problem, team: Team) -> None:
         self._problem, self._team = problem, team
+        team.choose(None)
         _, gradient, diagonal = team.linearise(problem.states)
         diagonal = diagonal.copy()
         diagonal[problem.structure.system.held] = 1

@@ -25,8 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.distributed.parts.shares import Share
+from arael.runtime.assembly.components import Partition, any_partition_of
 from arael.runtime.assembly.positions import row_and_column_positions
 from arael.runtime.assembly.structure import Structure, structure_of_chosen
+from arael.runtime.evaluation.component_lanes import ComponentLanes
 from arael.runtime.layout import Layout
 from arael.runtime.levenberg.remote import curvature_of
 from arael.runtime.linear.analysis import analyse_order
@@ -38,6 +40,7 @@ from arael.runtime.store import Store, Table
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,8 @@ class Part:
         self.boundary = np.flatnonzero(share.boundary[scalar_block])
         self.idle = np.flatnonzero(~(share.interior | share.boundary)[scalar_block])
         self._workspace = self.problem.evaluation.workspace()
+        self._partition: Partition | None = None
+        self._chosen: tuple[Bools, ComponentLanes] | None = None
         self._solver: SparseSolver | None = None
         self._values: Floats = np.zeros(0)
         self._diagonal: Floats = np.zeros(0)
@@ -141,17 +146,54 @@ class Part:
         """Sum of squared residuals at the present states; guards are evaluated there."""
         return self.problem.cost()
 
-    def linearise(self) -> tuple[float, Floats, Floats]:
-        """Cost, J'r and the diagonal of J'J at the present states, (n,) each."""
-        cost, gradient, values = self.problem.evaluation.linearised(self._workspace)
+    @property
+    def partition(self) -> Partition:
+        """Connected components of what this part evaluates."""
+        if self._partition is None:
+            share = self.share
+            idle = (~(share.interior | share.boundary)).astype(np.uint8)
+            groups = self.problem.layout.groups
+            self._partition = any_partition_of(self.structure, groups, idle)
+        return self._partition
+
+    def costs(self, active: Bools) -> Floats:
+        """(components + 1,) sum of squared residuals of each component of `partition`.
+
+        Those that are not active may lack some. The last is of instances that read nothing that is
+        solved for.
+        """
+        return self.problem.evaluation.component_costs(self._lanes(active))
+
+    def _lanes(self, active: Bools) -> ComponentLanes:
+        """The lanes of the active components (components + 1,); those before are narrowed."""
+        known = self._chosen
+        if known is None or (active & ~known[0]).any():
+            known = np.ones_like(active), self.problem.evaluation.component_lanes(self.partition)
+        if not np.array_equal(active, known[0]):
+            known[1].keep(active)
+        self._chosen = active, known[1]
+        return known[1]
+
+    def linearise(self, active: Bools | None = None) -> tuple[float, Floats, Floats]:
+        """Cost, J'r and the diagonal of J'J at the present states, (n,) each.
+
+        With `active` (components + 1,) what belongs to other components is 0, and so is the cost.
+        """
+        lanes = None if active is None else self._lanes(active)
+        cost, gradient, values = self.problem.evaluation.linearised(self._workspace, lanes)
         self._values = values
         self.gradient = np.array(gradient)
         self._diagonal = np.array(values[self.problem.diagonal_at])
-        return float(cost), self.gradient, self._diagonal
+        if active is None:
+            return float(cost), self.gradient, self._diagonal
+        ended = ~active[self.partition.of_scalar]
+        self.gradient[ended] = self._diagonal[ended] = 0
+        return 0.0, self.gradient, self._diagonal
 
-    def curvature(self, step: Floats) -> float:
-        """``step' H step`` with the present linearisation."""
-        return curvature_of(self.problem.box, self._values, step)
+    def curvature(self, step: Floats, apart: bool = False) -> Floats:
+        """``step' H step`` with the present linearisation: (1,), or `apart` (components,)."""
+        partition = self.partition if apart else None
+        return curvature_of(self.problem.box, self._values, step, partition)
 
     # --- elimination -------------------------------------------------------------------------
 
@@ -287,5 +329,5 @@ def _places_of_sweeps(fronts: list[tuple[Any, ...]], size: int) -> Ints:
 def empty_structure(store: Store, frozen: frozenset[str]) -> Structure:
     """The structure of a store without constraints: only the system."""
     found = structure_of_chosen(store, (), frozen)
-    found.partition.append(None)  # it is solved as one
+    found.partition.append(None)  # the parts know its components
     return found

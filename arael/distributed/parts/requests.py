@@ -32,6 +32,9 @@ from arael.runtime.store import Store
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+_SENT = np.zeros(0, dtype=bool)
 
 _KEPT_RUNS = 2
 """Runs of which a worker keeps parts: others were solved before."""
@@ -102,15 +105,17 @@ class PartRecipe:
 class Point:
     """A state of a part: its number in the run, and the stored scalars of the part's rows.
 
-    Here and below arrays are None where the worker has them already.
+    `active` are the components (components + 1,) that are linearised there; None: all; empty where
+    the worker has them. Here and below arrays are None where the worker has them already.
     """
 
     number: int
     x: Floats | None = None
+    active: Bools | None = None
 
     def named(self) -> Point:
         """The number alone."""
-        return Point(self.number)
+        return Point(self.number, None, None if self.active is None else _SENT)
 
 
 @dataclass(frozen=True)
@@ -280,6 +285,26 @@ def cost(part: PartName | PartRecipe, point: Point) -> float:
         return one.part.cost()
 
 
+def components(part: PartName | PartRecipe) -> tuple[NDArray[np.int32], Bools]:
+    """Connected components of what a part evaluates.
+
+    Returns
+    -------
+    labels : (local blocks,) component of each block that is of the interior or the boundary
+    guarded : (components,) whether a guard of an instance of each reads parameters
+    """
+    found = kept(part).part.partition
+    return found.of_block, found.guarded
+
+
+def costs(part: PartName | PartRecipe, point: Point, active: Bools) -> Floats:
+    """(components + 1,) sums of squared residuals of a part, as `Part.costs`."""
+    one = kept(part)
+    with one.lock:
+        _move(one, point)
+        return one.part.costs(active)
+
+
 def linearise(part: PartName | PartRecipe, point: Point) -> tuple[float, Floats, Floats]:
     """Cost, J'r and diagonal of J'J of a part, (local scalars,) each."""
     one = kept(part)
@@ -298,13 +323,15 @@ def explain(part: PartName | PartRecipe, point: Point, derivatives: bool) -> Dia
         return non_finite(problem, derivatives)
 
 
-def curvature(part: PartName | PartRecipe, point: Point, step: Floats) -> float:
-    """``step' H step`` of a part at a state."""
+def curvature(
+    part: PartName | PartRecipe, point: Point, step: Floats, apart: bool = False
+) -> Floats:
+    """``step' H step`` of a part at a state, (1,) or `apart` (components,)."""
     one = kept(part)
     with one.lock:
         if one.linearised != point.number:
             _linearise(one, point)
-        return one.part.curvature(step)
+        return one.part.curvature(step, apart)
 
 
 def sweep(
@@ -345,25 +372,27 @@ def substitute(
     right: Right,
     boundary: Floats,
     point: Point | None,
-) -> tuple[Floats, float]:
+    apart: bool = False,
+) -> tuple[Floats, Floats]:
     """The interior's solution, from that of the part's boundary (b,).
 
     Returns
     -------
     solution : (interior,)
-    curvature : ``x' H x`` of both at the state `point`; 0 without one
+    curvature : ``x' H x`` of both at the state `point`, (1,) or `apart` (components,); (0,) without
+        a state
     """
     one = kept(part)
     with one.lock:
         _sweep(one, damped, right)
         found = one.part.substituted(boundary)
         if point is None:
-            return found, 0.0
+            return found, np.zeros(0)
         if one.linearised != point.number:
             _linearise(one, point)
         step = np.zeros(one.part.structure.system.size)
         step[one.part.interior], step[one.part.boundary] = found, boundary
-        return found, one.part.curvature(step)
+        return found, one.part.curvature(step, apart)
 
 
 def _move(one: Kept, point: Point) -> None:
@@ -376,7 +405,9 @@ def _move(one: Kept, point: Point) -> None:
 
 def _linearise(one: Kept, point: Point) -> tuple[float, Floats, Floats]:
     _move(one, point)
-    found = one.part.linearise()
+    if point.active is not None and not len(point.active):
+        raise UnknownError
+    found = one.part.linearise(point.active)
     one.linearised = point.number
     return found
 
@@ -424,6 +455,7 @@ def solve_boundary(
     sources: Sequence[tuple[Any, tuple[Any, ...]] | None],
     added: Floats,
     right: Floats,
+    idle: Sequence[int] = (),
 ) -> BoundaryStep:
     """Solve the boundary system, with the factor of that number if this process has it.
 
@@ -435,6 +467,7 @@ def solve_boundary(
         where it adds nothing to the right-hand side of a factor that this process has
     added : (n,) damping of the diagonal
     right : (n,)
+    idle : parts that add nothing to the system either: all their components have ended
     """
     _begin(run)
     with _LOCK:
@@ -453,7 +486,7 @@ def solve_boundary(
     missing = tuple(
         k
         for k, ((kind, _), one) in enumerate(zip(answers, sources, strict=True))
-        if kind in ("unknown", "lost") or (whole and one is None)
+        if kind in ("unknown", "lost") or (whole and one is None and k not in idle)
     )
     for kind, value in answers:
         if kind == "raised":
@@ -461,7 +494,7 @@ def solve_boundary(
     failed, x = 0, None
     if not missing:
         if whole:
-            failed = system.factorise([value.matrix for _, value in answers], added)
+            failed = system.factorise([value and value.matrix for _, value in answers], added)
             factor = -1 if failed else number
         if not failed:
             x = system.solve([value and value.right for _, value in answers], right)

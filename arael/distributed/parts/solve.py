@@ -24,7 +24,7 @@ from arael.distributed.parts.data import (
     whole_skeleton,
 )
 from arael.distributed.parts.executors import Executor
-from arael.distributed.parts.graph import Graph, graph_of
+from arael.distributed.parts.graph import graph_of
 from arael.distributed.parts.marginals import PartCovariance
 from arael.distributed.parts.part import empty_structure
 from arael.distributed.parts.requests import PartRecipe
@@ -219,7 +219,6 @@ def prepare(
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     system = build_system(store, free)
     graph = graph_of(store, layout.groups, system)
-    _refuse_components(layout, graph)
     if partition_by is not None:
         labels = labels_of(layout, columns, store, system, partition_by)
         parts = by_labels(graph, labels, partition)
@@ -257,26 +256,6 @@ def _described(shares: list[Share], parts: Ints, of_instances: list[Ints], syste
         int(sizes[parts == BOUNDARY].sum()),
         int(sizes.sum()),
     )
-
-
-def _refuse_components(layout: Layout, graph: Graph) -> None:
-    """Refuse problems of several connected components: each has its own steps on one machine."""
-    read = graph.weights > 1
-    owner = np.repeat(np.arange(graph.size), np.diff(graph.start))
-    # imported here: start-up time
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    ones = np.ones(len(owner), dtype=np.int8)
-    matrix = coo_array((ones, (owner, graph.neighbours)), shape=(graph.size, graph.size))
-    labels = connected_components(matrix, directed=False)[1]
-    count = len(np.unique(labels[read]))
-    if count > 1:
-        raise refusal(
-            layout,
-            f"its data are {count} problems that have nothing to do with each other",
-            "solve them as many problems: one file each, `arael solve MODEL 'data/*.npz'`",
-        )
 
 
 def labels_of(layout: Layout, columns: Columns, store: Store, system: System, name: str) -> Ints:
@@ -430,7 +409,9 @@ def solve_pass(problem: RemoteProblem, team: Team, config: LmConfig, split: Spli
     """Run the loop on a problem in parts."""
     guarded = any(one[1] for one in team.describe())
     problem.ask(team, guarded)
-    solver = RemoteSolver(problem.structure.pattern, team)
+    pattern = problem.structure.pattern
+    problem.structure.partition[:] = [team.components().partition(pattern)]
+    solver = RemoteSolver(pattern, team)
     solver.plan.update(
         solver="parts", n=problem.size, why=str(split), parts=split.parts, boundary=split.between
     )

@@ -31,32 +31,115 @@ BOUNDARY = -1
 # A separator with a larger part of the vertices that it splits is none.
 _THIN = 3
 
+# Several components are split until no part weighs more than so many shares, or after so many
+# splits for each part.
+_EVEN = 1.25
+_SPLITS = 2
+# Pieces of less than this part of a share are small.
+_SMALL = 8
+
 
 def by_separators(graph: Graph, parts: int) -> Ints:
     """(n,) part of each vertex, `BOUNDARY` for separators; there may be fewer parts than asked for.
 
-    The heaviest part is split until there are enough. Vertices that are joined with nearly all
-    others, such as parameters of the root, are in the boundary.
+    Vertices that are joined with nearly all others, such as parameters of the root, are in the
+    boundary. Of what is left, connected components that weigh at most the share of a part are in
+    one part each, and the heaviest piece of the others is split until the parts are even; where
+    there is one component, until there are enough.
     """
     found = np.full(graph.size, BOUNDARY, dtype=np.int64)
     sparse, _ = apart(graph.start)
     local = np.full(graph.size, -1, dtype=np.int64)
-    whole: list[Ints] = []
-    heap = [(-int(graph.weights[sparse].sum()), 0, sparse)]
-    number = 1
-    while heap and len(heap) + len(whole) < parts:
-        _, _, vertices = heapq.heappop(heap)
+    share = int(graph.weights[sparse].sum()) / parts
+    whole: list[Ints] = []  # pieces that are not split
+    light: list[int] = []  # their weights
+    heap: list[tuple[int, int, Ints]] = []
+    for number, vertices in enumerate(_connected(graph, sparse, local)):
+        weight = int(graph.weights[vertices].sum())
+        if weight > share:
+            heap.append((-weight, number, vertices))
+        else:
+            whole.append(vertices)
+            light.append(weight)
+    heapq.heapify(heap)
+    single, number = not whole and len(heap) == 1, graph.size
+    splits = 0
+    while heap and splits < _SPLITS * parts:
+        if len(heap) + len(whole) >= parts:
+            weights = np.array([*light, *(-one[0] for one in heap)])
+            if single or _unevenness(weights, parts) < _EVEN:
+                break
+        heavy, _, vertices = heapq.heappop(heap)
         left, right = _halves(graph, vertices, local)
         if not (len(left) and len(right)):
             whole.append(vertices)
+            light.append(-heavy)
             continue
+        splits += 1
         for side in (left, right):
             heapq.heappush(heap, (-int(graph.weights[side].sum()), number, side))
             number += 1
-    groups = sorted((*whole, *(one[2] for one in heap)), key=lambda v: int(v[0]) if len(v) else 0)
-    for part, vertices in enumerate(groups):
+    pieces = sorted((*whole, *(one[2] for one in heap)), key=_first)
+    weights = np.array([int(graph.weights[vertices].sum()) for vertices in pieces])
+    for vertices, part in zip(pieces, _packed(weights, parts), strict=True):
         found[vertices] = part
-    return with_inner_boundary(graph, found)
+    return with_inner_boundary(graph, _renumbered(found))
+
+
+def _first(vertices: Ints) -> int:
+    return int(vertices[0]) if len(vertices) else 0
+
+
+def _connected(graph: Graph, vertices: Ints, local: Ints) -> list[Ints]:
+    """Connected components of some vertices, each ascending, in the order of their first."""
+    # imported here: start-up time
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    if not len(vertices):
+        return [vertices]
+    local[vertices] = np.arange(len(vertices))
+    start, inside = _subgraph(graph, vertices, local)
+    local[vertices] = -1
+    size = len(vertices)
+    matrix = csr_array((np.ones(len(inside), dtype=np.int8), inside, start), shape=(size, size))
+    labels = connected_components(matrix, directed=False)[1]
+    order = np.argsort(labels, kind="stable")
+    found = np.split(vertices[order], np.flatnonzero(np.diff(labels[order])) + 1)
+    return sorted(found, key=_first)
+
+
+def _packed(weights: Ints, parts: int) -> Ints:
+    """(pieces,) a part for each piece of such a weight, such that parts weigh about the same.
+
+    Large pieces go to the lightest part, the heaviest first (R. Graham, "Bounds on multiprocessing
+    timing anomalies", 1969). Small ones fill what is left in their order, so that a part has rows
+    that follow each other.
+    """
+    share = weights.sum() / parts
+    found = np.arange(len(weights))
+    if len(weights) <= parts:
+        return found
+    loads = [(0, part) for part in range(parts)]
+    large = np.flatnonzero(_SMALL * weights > share)
+    for piece in large[np.argsort(-weights[large], kind="stable")]:
+        load, part = heapq.heappop(loads)
+        found[piece] = part
+        heapq.heappush(loads, (load + int(weights[piece]), part))
+    space = np.zeros(parts)
+    for load, part in loads:
+        space[part] = max(share - load, 0)
+    small = np.flatnonzero(_SMALL * weights <= share)
+    middle = np.cumsum(weights[small]) - weights[small] / 2
+    ends = np.cumsum(space) * (weights[small].sum() / max(space.sum(), 1))
+    found[small] = np.minimum(np.searchsorted(ends, middle), parts - 1)
+    return found
+
+
+def _unevenness(weights: Ints, parts: int) -> float:
+    """Weight of the heaviest part, as a multiple of its share."""
+    loads = np.bincount(_packed(weights, parts), weights, parts)
+    return float(loads.max() * parts / max(loads.sum(), 1))
 
 
 def _halves(graph: Graph, vertices: Ints, local: Ints) -> tuple[Ints, Ints]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import Diagnostic
 from arael.distributed.parts import requests
 from arael.distributed.parts.boundary import Boundary, BoundarySystem, scalars_of
+from arael.distributed.parts.components import Joined, joined_components
 from arael.distributed.parts.executors import Call, Executor, lost_too_often
 from arael.distributed.parts.requests import BoundaryStep, Damped, PartRecipe, Point, Right
 from arael.distributed.parts.shares import Share
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 
 _SMALL = 4_000_000
@@ -77,7 +79,7 @@ class Team:
         self._run = recipes[0].run if recipes else ""
         self._shares = [recipe.share for recipe in recipes]
         self._widths = list(widths)
-        self._size = int(sizes.sum())
+        self._size, self._sizes = int(sizes.sum()), sizes
         self.boundary, self.scalars = boundary_of(self._shares, sizes)
         self._places = [places_of(s, sizes, self.boundary, k) for k, s in enumerate(self._shares)]
         self._recipes = list(recipes)
@@ -85,17 +87,29 @@ class Team:
         self._last: tuple[list[Floats], list[Point]] = ([], [])
         self._at: list[Point] = []
         self._own: Floats = np.zeros(0)
-        self._held: list[Ints | None] = []
+        self._on_bounds: Ints = np.zeros(0, dtype=np.int64)
+        self._joined: Joined | None = None
+        self._active: Bools | None = None  # (components + 1,); None: they are solved as one
+        self._ended: Bools | None = None  # (size,)
+        self._acting = list(range(len(recipes)))
         self._factor: tuple[list[Damped], Floats] | None = None
         self._factored = -1
         self._system: tuple[BoundarySystem, int] | None = None
         self._descent: Floats = np.zeros(0)  # negative gradient at the state of the parts
-        self._curved: tuple[Floats, float] = (np.zeros(0), 0.0)
+        self._curved: tuple[Floats, Floats] = (np.zeros(0), np.zeros(1))
         self._is_small = sum(8 * len(at.boundary) ** 2 for at in self._places) <= _SMALL
 
     def describe(self) -> list[tuple[int, bool, int]]:
         """Of each part `requests.describe`."""
         return self._ask(requests.describe, [((), ())] * len(self._shares))
+
+    def components(self) -> Joined:
+        """The connected components of the whole, from those of the parts."""
+        if self._joined is None:
+            found = self._ask(requests.components, [((), ())] * len(self._shares))
+            self.traffic.back += sum(labels.nbytes + guarded.nbytes for labels, guarded in found)
+            self._joined = joined_components(self._shares, len(self._sizes), found)
+        return self._joined
 
     def explain(self, states: list[Floats], derivatives: bool) -> Diagnostic | None:
         """The first residual (or derivative) that is not finite at some states."""
@@ -111,59 +125,117 @@ class Team:
         self.traffic.out += sum(point.x.nbytes for point in points if point.x is not None)
         return float(sum(self._ask(requests.cost, [((p,), (p,)) for p in points])))
 
+    def choose(self, active: Bools | None) -> None:
+        """Solve components separately, of which those go on; None: solve all as one.
+
+        Parameters
+        ----------
+        active : (components + 1,); the last for instances that read nothing that is solved for
+        """
+        self._active, self._ended = active, None
+        self._acting = list(range(len(self._shares)))
+        if active is not None:
+            joined = self.components()
+            self._acting = [k for k, of in enumerate(joined.of_part) if active[of].any()]
+            if not active[:-1].all():
+                self._ended = ~active[np.repeat(joined.of_block, self._sizes)]
+
+    def costs(self, states: list[Floats]) -> Floats:
+        """(components + 1,) costs at states; 0 of components that have ended."""
+        active, of_part = self._active, self.components().of_part
+        assert active is not None
+        points = self._point(states)
+        calls = []
+        for k in self._acting:
+            point, mine = points[k], active[of_part[k]]
+            assert point.x is not None
+            self.traffic.out += point.x.nbytes + mine.nbytes
+            calls.append(self._call(k, (point, mine), (point, mine)))
+        total = np.zeros(len(active))
+        for k, found in zip(self._acting, self._asked(requests.costs, calls), strict=True):
+            self.traffic.back += found.nbytes
+            np.add.at(total, of_part[k], found)
+        return np.where(active, total, 0.0)
+
     def linearise(self, states: list[Floats]) -> tuple[float, Floats, Floats]:
-        """Cost, J'r and the diagonal of J'J."""
+        """Cost, J'r and the diagonal of J'J; 0 where components have ended."""
         self._at = points = self._point(states)
+        if self._active is not None:
+            active = [self._active[of] for of in self.components().of_part]
+            self._at = points = [
+                Point(p.number, p.x, own) for p, own in zip(points, active, strict=True)
+            ]
         gradient, diagonal = np.zeros(self._size), np.zeros(self._size)
         total = 0.0
-        for (cost, first, second), at in zip(
-            self._ask(requests.linearise, [((p.named(),), (p,)) for p in points]),
-            self._places,
-            strict=True,
-        ):
+        calls = []
+        for k in self._acting:
+            point = points[k]
+            calls.append(self._call(k, (Point(point.number, None, point.active),), (point,)))
+        answers = self._asked(requests.linearise, calls)
+        for k, (cost, first, second) in zip(self._acting, answers, strict=True):
+            at = self._places[k]
             total += cost
             self.traffic.back += first.nbytes + second.nbytes
             for whole, mine in ((at.interior, at.of_interior), (at.boundary, at.of_boundary)):
                 gradient[whole] += first[mine]
                 diagonal[whole] += second[mine]
         self._own, self._descent = diagonal, -gradient
-        self._held = [None] * len(self._places)
-        self._curved = (np.zeros(0), 0.0)
+        self._on_bounds = self._on_bounds[:0]
+        self._curved = (np.zeros(0), np.zeros(1))
         return total, gradient, diagonal
 
     def hold(self, scalars: Ints) -> None:
         """Leave scalars that stand at a bound out of the factors at the present states."""
-        if len(scalars):
-            self._own = self._own.copy()
-            self._own[scalars] = 0
-            self._held = [np.flatnonzero(np.isin(at.every, scalars)) for at in self._places]
+        self._on_bounds = scalars
 
-    def curvature(self, step: Floats) -> float:
-        """``step' J'J step`` with the present linearisation."""
-        known, found = self._curved
+    def _left_out(self) -> Bools | None:
+        """(size,) scalars that factors leave out: on a bound, or of a component that has ended."""
+        if not len(self._on_bounds) and self._ended is None:
+            return None
+        found = np.zeros(self._size, dtype=bool) if self._ended is None else self._ended.copy()
+        found[self._on_bounds] = True
+        return found
+
+    def curvature(self, step: Floats) -> Floats:
+        """``step' J'J step`` with the present linearisation, (1,) or (components,)."""
+        known, total = self._curved
         if len(known) and np.array_equal(known, step):
-            return found
-        asked = []
-        for point, at in zip(self._at, self._places, strict=True):
+            return total
+        apart = self._active is not None
+        calls = []
+        for k in self._acting:
+            point, at = self._at[k], self._places[k]
             mine = np.zeros(len(at.every))
             mine[at.of_interior] = step[at.interior]
             mine[at.of_boundary] = step[at.boundary]
             self.traffic.out += mine.nbytes
-            asked.append(((point.named(), mine), (point, mine)))
-        return float(sum(self._ask(requests.curvature, asked)))
+            calls.append(self._call(k, (point.named(), mine, apart), (point, mine, apart)))
+        found = self._asked(requests.curvature, calls)
+        return self._sums(zip(self._acting, found, strict=True))
+
+    def _sums(self, found: Iterable[tuple[int, Floats]]) -> Floats:
+        """Sums over parts of what each has: (1,), or by component (components,)."""
+        if self._active is None:
+            return np.asarray(np.sum([np.zeros(1), *(one for _, one in found)], axis=0))
+        total = np.zeros(len(self._active) - 1)
+        for k, one in found:
+            np.add.at(total, self.components().of_part[k][:-1], one)
+        return total
 
     def factor(self, damped: Floats, right: Floats) -> tuple[int, Floats | None]:
         """Factorise with a damped diagonal and solve; 1 + the scalar that failed and None."""
         number = self._next()
+        out = self._left_out()
         factors = [
-            Damped(number, point, damped[at.interior], held)
-            for point, at, held in zip(self._at, self._places, self._held, strict=True)
+            Damped(number, p, damped[at.interior], _places_in(out, at))
+            for p, at in zip(self._at, self._places, strict=True)
         ]
-        self.traffic.out += sum(one.diagonal.nbytes for one in factors if one.diagonal is not None)
-        self.traffic.reduced += sum(
-            8 * len(at.boundary) * (len(at.boundary) + 1) for at in self._places
-        )
-        self._factor = (factors, (damped - self._own)[self.scalars])
+        own = self._own if out is None else np.where(out, 0.0, self._own)
+        for k in self._acting:
+            at = self._places[k]
+            self.traffic.out += 8 * len(at.interior)
+            self.traffic.reduced += 8 * len(at.boundary) * (len(at.boundary) + 1)
+        self._factor = (factors, (damped - own)[self.scalars])
         return self._solved(self._rights(right), right)
 
     def solve(self, right: Floats) -> Floats:
@@ -173,13 +245,15 @@ class Team:
             raise ArithmeticError(f"a factor failed when it was used again, at scalar {failed}")
         return found
 
-    def _rights(self, right: Floats) -> list[Right]:
+    def _rights(self, right: Floats) -> list[Right | None]:
         """Right-hand sides of the interiors; the parts have that of the gradient."""
         number = self._next()
-        if np.array_equal(right, self._descent):
-            return [Right(number, None, point) for point in self._at]
-        rights = [Right(number, right[at.interior]) for at in self._places]
-        self.traffic.out += sum(one.values.nbytes for one in rights if one.values is not None)
+        rights: list[Right | None] = [None] * len(self._places)
+        known = np.array_equal(right, self._descent)
+        for k in self._acting:
+            inside = self._places[k].interior
+            rights[k] = Right(number, None, self._at[k]) if known else Right(number, right[inside])
+            self.traffic.out += 0 if known else 8 * len(inside)
         return rights
 
     def inverse(self, scalars: Ints) -> Floats:
@@ -216,7 +290,8 @@ class Team:
         `curved`: the curvature along the solution will be asked for.
         """
         swept = self._sweep(rights)
-        for at, (failed, _) in zip(self._places, swept, strict=True):
+        asked = [self._places[k] for k, one in enumerate(rights) if one is not None]
+        for at, (failed, _) in zip(asked, swept, strict=True):
             if failed:
                 return 1 + int(at.every[failed - 1]), None
         step = self._on_boundary(rights, right[self.scalars], swept)
@@ -224,13 +299,12 @@ class Team:
             return 1 + int(self.scalars[step.failed - 1]), None
         x = np.zeros(self._size)
         x[self.scalars] = step.x
-        total = 0.0
         found = self._substituted(rights, step.x, curved)
-        for at, (own, curvature) in zip(self._places, found, strict=True):
+        for at, (own, _) in zip(asked, found, strict=True):
             self.traffic.back += own.nbytes
             x[at.interior] = own
-            total += curvature
         if curved:
+            total = self._sums(zip(self._acting, (own for _, own in found), strict=True))
             self._curved = (x.copy(), total)
         return 0, x
 
@@ -280,7 +354,8 @@ class Team:
                 )
                 for k, one in enumerate(rights)
             ]
-            rest = (factors[0].number if factors else 0, sources, added, right)
+            idle = tuple(k for k in range(len(rights)) if k not in self._acting)
+            rest = (factors[0].number if factors else 0, sources, added, right, idle)
             full = partial(_all_of, self._run, self.boundary, rest)
             call = Call(0, (self._run, None, *rest), full)
             (step,) = self._asked(requests.solve_boundary, [call])
@@ -304,7 +379,7 @@ class Team:
         number = factors[0].number if factors else 0
         system, factor = self._system or (BoundarySystem(self.boundary), -1)
         if factor != number:
-            failed = system.factorise([one.matrix for one in parts if one is not None], added)
+            failed = system.factorise([one and one.matrix for one in parts], added)
             self._system = (system, -1 if failed else number)
             if failed:
                 return BoundaryStep(None, failed)
@@ -312,7 +387,7 @@ class Team:
 
     def _substituted(
         self, rights: Sequence[Right | None], boundary: Floats, curved: bool = False
-    ) -> list[tuple[Floats, float]]:
+    ) -> list[tuple[Floats, Floats]]:
         """Solutions of the interiors of the parts with a right-hand side, and curvatures."""
         assert self._factor is not None
         calls = []
@@ -320,8 +395,9 @@ class Team:
             if right is not None:
                 damped, own = self._factor[0][k], boundary[self._places[k].on_boundary]
                 at = self._at[k] if curved else None
-                thin = (damped.named(), right.named(), own, at and at.named())
-                calls.append(self._call(k, thin, (damped, right, own, at)))
+                apart = self._active is not None
+                thin = (damped.named(), right.named(), own, at and at.named(), apart)
+                calls.append(self._call(k, thin, (damped, right, own, at, apart)))
         return self._asked(requests.substitute, calls)
 
     # --- requests ------------------------------------------------------------------------------
@@ -361,6 +437,11 @@ class Team:
         for state, rows, width in zip(states, share.entity_rows, self._widths, strict=True):
             found.append(state[rows, :width].ravel())
         return np.concatenate(found)
+
+
+def _places_in(chosen: Bools | None, at: Places) -> Ints | None:
+    """Scalars of a part that are chosen of the whole."""
+    return None if chosen is None else np.flatnonzero(chosen[at.every])
 
 
 def _all_of(run: str, boundary: Boundary, rest: tuple[Any, ...]) -> tuple[Any, ...]:

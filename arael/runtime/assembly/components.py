@@ -57,19 +57,36 @@ def partition_of(structure: Structure, groups: Sequence[Group]) -> Partition | N
     Kept with the structure.
     """
     if not structure.partition:
-        structure.partition.append(_found(structure, groups))
+        several = structure.pattern.block_count > 1
+        structure.partition.append(
+            _found(structure, groups, _idle(structure), 2) if several else None
+        )
     found: Partition | None = structure.partition[0]
     return found
 
 
-def _found(structure: Structure, groups: Sequence[Group]) -> Partition | None:
+def any_partition_of(
+    structure: Structure, groups: Sequence[Group], idle: NDArray[np.uint8]
+) -> Partition:
+    """The components of a structure, also where there is one or none.
+
+    Parameters
+    ----------
+    idle : (nb,) uint8, blocks that join nothing and are of no component
+    """
+    found = _found(structure, groups, idle, 0)
+    assert found is not None
+    return found
+
+
+def _found(
+    structure: Structure, groups: Sequence[Group], idle: NDArray[np.uint8], least: int
+) -> Partition | None:
+    """The components, if there are `least` of them."""
     pattern = structure.pattern
-    if pattern.block_count < 2:
-        return None
-    idle = _idle(structure)
     ones, others = _uncoupled(structure, groups)
     count, labels = connected(pattern.column_start, pattern.rows, ones, others, idle)
-    if count < 2:
+    if count < least:
         return None
     # All uses of an instance that are solved for are of one component.
     instances = [

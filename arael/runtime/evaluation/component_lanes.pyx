@@ -57,6 +57,18 @@ cdef class ComponentLanes:
     def __dealloc__(self):
         free(self.groups)
 
+    def keep(self, active):
+        """Of what is evaluated, keep what has components that are active.
+
+        Parameters
+        ----------
+        active : (components + 1,) bool; the last for instances that read nothing that is solved for
+        """
+        cdef const uint8_t[::1] marks = np.ascontiguousarray(active, np.bool_).view(np.uint8)
+        if len(marks) != self.components + 1:
+            raise ValueError(f"expected {self.components + 1} marks, found {len(marks)}")
+        self.choose(&marks[0])
+
     def evaluated(self):
         """Instances of each group in the blocks that are evaluated."""
         cdef GroupCosts* one

@@ -254,18 +254,36 @@ cdef class Evaluation(Groups):
         self.raise_failure()
         return cost
 
-    def linearised(self, workspace=None):
+    def component_lanes(self, partition):
+        """The instances of the problem by component, of which a solve chooses."""
+        return ComponentLanes(self, partition)
+
+    def component_costs(self, ComponentLanes chosen):
+        """Costs at the accepted state of what is chosen, by component: (components + 1,).
+
+        The last is that of instances that read nothing that is solved for.
+        """
+        found = np.zeros(chosen.components + 1)
+        cdef double[::1] total = found
+        with nogil:
+            self.guard()
+            self.costs(self.states.current, chosen)
+            chosen.add(&total[0])
+        self.raise_failure()
+        return found
+
+    def linearised(self, workspace=None, ComponentLanes chosen=None):
         """Cost, J'r (size,) and the values of J'J (value_count,) at the accepted state.
 
         They are made in the arrays `workspace` of `workspace()`, whatever these hold by now; in new
-        ones if None.
+        ones if None. Where lanes are `chosen`, what only others contribute to is undefined.
         """
         gradient, values = self.workspace() if workspace is None else workspace
         cdef void* first = writable(gradient, self.dtype, self.totals.gradient_extent)
         cdef void* second = writable(values, self.dtype, self.totals.value_extent)
         cdef double cost
         with nogil:
-            cost = self.linearise(first, second, None)
+            cost = self.linearise(first, second, chosen)
         self.raise_failure()
         return cost, gradient[: self.size], values[: self.value_count]
 

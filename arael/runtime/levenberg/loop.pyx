@@ -14,7 +14,6 @@ from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.string cimport memset
 
 from arael.runtime.address cimport address, table_address, writable
-from arael.runtime.evaluation.component_lanes cimport ComponentLanes
 from arael.runtime.evaluation.evaluation cimport Evaluation
 from arael.runtime.levenberg.attempt cimport Attempt
 from arael.runtime.levenberg.box cimport Box
@@ -82,14 +81,14 @@ cdef class Minimiser(Attempt):
         if not self._settings.by_promise or self._driver is not None:
             raise ValueError("one lambda, or an end by small steps, is for one component")
         self._count = self._running = partition.count
-        self.lanes = ComponentLanes(self.evaluation, partition)
+        self.lanes = self.evaluation.component_lanes(partition)
         self._component = <const int32_t*>address(
             partition.of_scalar, np.int32, self.evaluation.size)
         self._value_runs = <const int64_t*>table_address(partition.of_values, 3)
         self._value_run_count = len(partition.of_values)
         self._partition, self._whole = partition, self.solver
         self._scalars = self.evaluation.size
-        self._constant, self._multiple = narrowing.CONSTANT, narrowing.MULTIPLE
+        self._constant, self._multiple = narrowing.limits(self.solver)
 
     def _make_components(self, guarded):
         cdef Py_ssize_t k

@@ -3,6 +3,7 @@ from typing import Any
 from numpy import float64
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.components import Partition
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.evaluation.evaluation import Evaluation
 from arael.runtime.levenberg.box import Box
@@ -21,4 +22,6 @@ class RemoteSolver(LinearSolver):
     parts: Any
     def __init__(self, pattern: BlockPattern, parts: Any) -> None: ...
 
-def curvature_of(box: Box, values: Floats, step: Floats) -> float: ...
+def curvature_of(
+    box: Box, values: Floats, step: Floats, partition: Partition | None = None
+) -> Floats: ...

@@ -10,13 +10,15 @@ other: the same steps, attempts and ends.
 import numpy as np
 
 from libc.math cimport NAN
-from libc.stdint cimport int32_t
+from libc.stdint cimport int32_t, uint8_t
 from libc.string cimport memcpy
 
+from arael.runtime.address cimport address
 from arael.runtime.evaluation.component_lanes cimport ComponentLanes
 from arael.runtime.evaluation.evaluation cimport Evaluation
 from arael.runtime.levenberg.box cimport Box
 from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.raw cimport bytes_at
 
 
 cdef _copied(const void* values, Py_ssize_t n):
@@ -44,9 +46,16 @@ cdef class RemoteEvaluation(Evaluation):
     ``parts.cost(arrays)`` and ``parts.linearise(arrays)`` get the states, one array (rows, state)
     per entity. The second returns the cost, J'r (n,) and the diagonal of J'J (n,); no other values
     of J'J are known here. What they raise ends the solve.
+
+    Where connected components are solved separately, ``parts.costs(arrays)`` returns the costs of
+    each, (components + 1,), and ``parts.choose(active)`` gets those that go on, as `RemoteLanes`.
     """
 
     cdef public object parts
+
+    def component_lanes(self, partition):
+        """The components, by which `parts` is asked for costs from now on."""
+        return RemoteLanes(self, partition)
 
     def is_guarded(self, bint guarded):
         """Set whether a guard of some instance reads parameters."""
@@ -62,6 +71,20 @@ cdef class RemoteEvaluation(Evaluation):
         except BaseException as error:
             self.raised.keep(error)
         return NAN
+
+    cdef void costs(self, int which, ComponentLanes chosen) noexcept nogil:
+        with gil:
+            self._costs_of_parts(which, chosen)
+
+    cdef void _costs_of_parts(self, int which, ComponentLanes chosen) noexcept:
+        cdef RemoteLanes lanes = <RemoteLanes>chosen
+        try:
+            _put(
+                self.parts.costs(self.states.arrays[which]), &lanes._values[0],
+                lanes.components + 1)
+        except BaseException as error:
+            lanes._values[:] = NAN
+            self.raised.keep(error)
 
     cdef void guard(self) noexcept nogil:
         pass  # each part evaluates its guards at the states that it gets
@@ -89,11 +112,43 @@ cdef class RemoteEvaluation(Evaluation):
         return NAN
 
 
+cdef class RemoteLanes(ComponentLanes):
+    """The components of a problem in parts: their costs, and which of them go on.
+
+    ``parts.choose(active)`` gets a mask (components + 1,) of those that go on; the last is for
+    instances that read nothing that is solved for. Others need no more be evaluated.
+    """
+
+    cdef RemoteEvaluation _evaluation
+    cdef double[::1] _values
+
+    def __init__(self, RemoteEvaluation evaluation, partition):
+        super().__init__(evaluation, partition)
+        self._evaluation, self._values = evaluation, np.zeros(self.components + 1)
+        evaluation.parts.choose(np.ones(self.components + 1, dtype=bool))
+
+    cdef void choose(self, const uint8_t* active) noexcept nogil:
+        with gil:
+            self._choose_in_parts(active)
+
+    cdef void _choose_in_parts(self, const uint8_t* active) noexcept:
+        try:
+            marks = np.frombuffer(bytes_at(active, self.components + 1), np.bool_)
+            self._evaluation.parts.choose(marks.copy())
+        except BaseException as error:
+            self._evaluation.raised.keep(error)
+
+    cdef void add(self, double* total) noexcept nogil:
+        cdef Py_ssize_t k
+        for k in range(self.components + 1):
+            total[k] += self._values[k]
+
+
 cdef class RemoteBox(Box):
     """Bounds of a problem in parts, and the curvature of its J'J along a step.
 
     ``parts.hold(scalars)`` gets the scalars that stand at a bound, which the next factors leave
-    out; ``parts.curvature(step)`` returns ``step' H step``.
+    out; ``parts.curvature(step)`` returns ``step' H step`` of each component (1,) or (components,).
     """
 
     cdef public object parts
@@ -120,8 +175,10 @@ cdef class RemoteBox(Box):
             self._curvature_of_parts(step, total)
 
     cdef void _curvature_of_parts(self, const void* step, double* total) noexcept:
+        cdef Py_ssize_t k
         try:
-            total[0] += self.parts.curvature(_copied(step, self._evaluation.size))
+            for k, found in enumerate(self.parts.curvature(_copied(step, self._evaluation.size))):
+                total[k] += found
         except BaseException as error:
             total[0] = NAN
             self._evaluation.raised.keep(error)
@@ -178,11 +235,18 @@ cdef class RemoteSolver(LinearSolver):
             self.raised.keep(error)
 
 
-def curvature_of(Box box, values, step):
-    """Return ``step' H step`` of a problem in f64, with the values (value_count,) of its J'J."""
+def curvature_of(Box box, values, step, partition=None):
+    """Return ``step' H step`` of a problem in f64, with the values (value_count,) of its J'J.
+
+    It is that of each component of the partition (count,), or without one of all (1,).
+    """
     cdef const double[::1] first = np.ascontiguousarray(values, dtype=np.float64)
     cdef const double[::1] second = np.ascontiguousarray(step, dtype=np.float64)
-    cdef double total = 0
+    cdef const int32_t* component = NULL
+    found = np.zeros(1 if partition is None else partition.count)
+    cdef double[::1] total = found
     if len(first) and len(second):
-        box.curvature(&first[0], &second[0], NULL, &total)
-    return total
+        if partition is not None:
+            component = <const int32_t*>address(partition.of_scalar, np.int32, len(second))
+        box.curvature(&first[0], &second[0], component, &total[0])
+    return found

@@ -29,6 +29,16 @@ Bools = NDArray[np.bool_]
 #: measured, so that a solve has the same bits each time.
 CONSTANT, MULTIPLE = 100_000, 10
 
+_NEVER = 2**62
+
+
+def limits(whole: LinearSolver) -> tuple[int, int]:
+    """`CONSTANT` and `MULTIPLE`, such as never to narrow a problem in parts.
+
+    Its parts leave out components that have ended, and are asked no more when all of theirs have.
+    """
+    return (_NEVER, 0) if whole.plan.get("solver") == "parts" else (CONSTANT, MULTIPLE)
+
 
 def remaining_solver(whole: LinearSolver, partition: Partition, kept: Bools) -> RemainingSolver:
     """A solver of the same kind as `whole` for some components.

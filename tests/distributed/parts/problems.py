@@ -65,6 +65,33 @@ root Receiver { satellites: list of Satellite; epochs: list of Epoch; ranges: li
 """
 
 
+FLEET = """
+struct Pose { session: int = 0; param t: vec2; param th: angle }
+struct Edge {
+    a: ref Pose in root.poses
+    b: ref Pose in root.poses
+    t: vec2
+    th: real
+    used: bool = true
+    constraint between when used loss huber(3) {
+        [(a.th.rotation_matrix()' * (b.t - a.t) - t) / 0.02, sin(b.th - a.th - th) / 0.01]
+    }
+    constraint far when used and norm(b.t - a.t) > 2 { 0.1 * (norm(b.t - a.t) - 2) }
+}
+struct Anchor {
+    pose: ref Pose in root.poses
+    t: vec2
+    th: real
+    constraint held { [(pose.t - t) / 0.01, sin(pose.th - th) / 0.01] }
+}
+root Fleet {
+    poses: list of Pose
+    edges: list of Edge
+    anchors: list of Anchor
+}
+"""
+
+
 def loop(n: int = 60) -> Model:
     """A loop of planar poses with some chords."""
     rng = np.random.default_rng(1)
@@ -153,7 +180,86 @@ def chain(n: int = 50) -> Model:
     return receiver
 
 
-PROBLEMS = {"loop": loop, "grid": grid, "bundle": bundle, "chain": chain}
+def fleet(sizes: tuple[int, ...] = (60, 23, 3), unused: bool = True) -> Model:
+    """Loops of planar poses that have nothing to do with each other, in a shuffled order of rows.
+
+    Their starts differ in quality, so that they end after different numbers of attempts. `unused`:
+    with a measurement between the first and the last that is not in use.
+    """
+    rng = np.random.default_rng(8)
+    graph: Any = arael.loads(FLEET, name="fleet.arael", interpret=True)()
+    total = sum(sizes)
+    place = rng.permutation(total)
+    first = 0
+    rows: list[dict[str, Any]] = [{} for _ in range(total)]
+    edges, anchors = [], []
+    for number, n in enumerate(sizes):
+        turn = np.linspace(0, 2 * np.pi, n, endpoint=False)
+        at = 10 * np.stack((np.cos(turn), np.sin(turn)), 1)
+        heading = turn + np.pi / 2
+        noise = (1.0, 0.05, 0.3)[number % 3]
+        mine = place[first : first + n]
+        for k in range(n):
+            rows[mine[k]] = {
+                "t": at[k] + rng.normal(0, noise, 2),
+                "th": float(np.arctan2(np.sin(heading[k]), np.cos(heading[k])))
+                + rng.normal(0, noise / 4),
+                "session": (first + k) // 9,
+            }
+            j = (k + 1) % n
+            c, s = np.cos(heading[k]), np.sin(heading[k])
+            d = at[j] - at[k]
+            t = np.array([c * d[0] + s * d[1], c * d[1] - s * d[0]]) + rng.normal(0, 0.02, 2)
+            edges.append((mine[k], mine[j], t, heading[j] - heading[k] + rng.normal(0, 0.01)))
+        anchors.append((mine[0], at[0], heading[0]))
+        first += n
+    for row in rows:
+        graph.poses.append(**row)
+    for a, b, t, th in edges:
+        graph.edges.append(a=int(a), b=int(b), t=t, th=th)
+    if unused:  # its guard is false: it joins no loops
+        graph.edges.append(a=int(place[0]), b=int(place[-1]), t=[1, 0], th=0.5, used=False)
+    for pose, t, th in anchors:
+        graph.anchors.append(pose=int(pose), t=t, th=th)
+    # It is not solved for, so that the cost of its anchor is constant.
+    graph.poses.append(t=[0, 0], th=0.0)
+    graph.poses[total].t.fixed = graph.poses[total].th.fixed = True
+    graph.anchors.append(pose=total, t=[0.01, 0], th=0.0)
+    return graph
+
+
+def tracks(lengths: tuple[int, ...] = (31, 4, 1, 17, 9)) -> Model:
+    """The chain in pieces that have nothing to do with each other, some far from their ends."""
+    receiver: Any = chain(sum(lengths))
+    begins = np.cumsum((0, *lengths[:-1]))
+    for epoch in begins:
+        receiver.epochs[int(epoch)].prev = None
+    receiver.epochs[int(begins[3])].p = [30.0, -8.0]
+    receiver.epochs[int(begins[4]) + 2].p.fixed = True
+    return receiver
+
+
+def fields(*sizes: int) -> Model:
+    """Grids of different sizes that have nothing to do with each other, in turn in the tables."""
+    sizes = sizes or (5, 3, 4)
+    field: Any = arael.loads(GRID, name="grid.arael", interpret=True)()
+    ones: list[Any] = [grid(n) for n in sizes]
+    count = len(sizes)
+    order = np.argsort(np.concatenate([np.arange(n * n) for n in sizes]), kind="stable")
+    place = np.argsort(order)
+    first = np.cumsum([0, *(n * n for n in sizes)])
+    h = np.concatenate([one.nodes.h for one in ones])
+    field.nodes.extend(h=h[order], s=np.ones((len(h), 2)))
+    for k in range(count):
+        links, pins = ones[k].links, ones[k].pins
+        a, b = (np.array([getattr(link, end).index for link in links]) for end in "ab")
+        field.links.extend(a=place[first[k] + a], b=place[first[k] + b], d=links.d)
+        at = np.array([pin.node.index for pin in pins])
+        field.pins.extend(node=place[first[k] + at], h=pins.h)
+    return field
+
+
+PROBLEMS = {"loop": loop, "grid": grid, "bundle": bundle, "chain": chain, "fleet": fleet}
 
 
 def arrays_of(model: Any) -> dict[str, Any]:

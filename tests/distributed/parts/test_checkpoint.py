@@ -29,7 +29,7 @@ def interrupted(name: str, path: Path, attempts: int) -> tuple[Any, dict[str, An
     return model, arrays
 
 
-@pytest.mark.parametrize("name", ["grid", "bundle"])
+@pytest.mark.parametrize("name", ["grid", "bundle", "fleet"])
 def test_a_solve_goes_on_where_it_was(name: str, tmp_path: Path) -> None:
     path = tmp_path / "state.npz"
     model, arrays = interrupted(name, path, 3)

@@ -27,6 +27,7 @@ from tests.optional import needs, require
 
 from .faults import Cluster, kills
 from .problems import GRID, PROBLEMS, arrays_of, with_arrays
+from .test_components import assert_components_equal
 from .test_equal import BOUNDED
 
 pytestmark = needs("Dask")
@@ -75,6 +76,20 @@ def test_bounds_hold_on_workers(client: Any, name: str) -> None:
         rtol=1e-5,
         atol=1e-8,
     )
+
+
+def test_components_on_a_cluster_are_solved_as_on_one_machine(client: Any) -> None:
+    model = PROBLEMS["fleet"]()
+    other = with_arrays(model, arrays_of(model))
+    found = solve(model, partition=3, client=client)
+    assert_components_equal(found, other.solve(solver="sparse"))
+    for row in (0, 2, 7):
+        np.testing.assert_allclose(
+            found.covariance().marginal("poses", row),
+            other.covariance().marginal(("poses", row)),
+            rtol=1e-6,
+            atol=1e-15,
+        )
 
 
 def test_workers_without_kernels_interpret_the_model_and_say_so(

@@ -216,15 +216,6 @@ def test_native_functions_are_refused() -> None:
     assert "native functions, which workers do not have" in refused("E0895", model, partition=2)
 
 
-def test_independent_problems_are_refused() -> None:
-    text = "struct L { param x: real; constraint c { x - 2 } }\nroot R { ls: list of L }"
-    model: Any = arael.loads(text, interpret=True)()
-    model.ls.extend(x=[1.0, 2.0])
-    assert "2 problems that have nothing to do with each other" in refused(
-        "E0895", model, partition=2
-    )
-
-
 def test_residuals_added_at_run_time_are_refused() -> None:
     model: Any = PROBLEMS["grid"]()
     model.add_residuals(lambda h: h - 1, [model.nodes.h])

@@ -47,7 +47,7 @@ def solved(name: str, executor: InProcess) -> Solved:
 
 @pytest.mark.parametrize("small", [0, 10**9])
 @pytest.mark.parametrize("executor", [InProcess, Forgetful, Twice])
-@pytest.mark.parametrize("name", ["grid", "loop"])
+@pytest.mark.parametrize("name", ["grid", "loop", "fleet"])
 def test_lost_and_repeated_requests_change_no_bit(
     name: str, executor: Callable[[], InProcess], small: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
