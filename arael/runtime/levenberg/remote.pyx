@@ -18,6 +18,7 @@ from arael.runtime.evaluation.component_lanes cimport ComponentLanes
 from arael.runtime.evaluation.evaluation cimport Evaluation
 from arael.runtime.levenberg.box cimport Box
 from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.raw cimport bytes_at
 
 
 cdef _copied(const void* values, Py_ssize_t n):
@@ -131,10 +132,9 @@ cdef class RemoteLanes(ComponentLanes):
             self._choose_in_parts(active)
 
     cdef void _choose_in_parts(self, const uint8_t* active) noexcept:
-        cdef Py_ssize_t k
         try:
-            self._evaluation.parts.choose(
-                np.array([active[k] != 0 for k in range(self.components + 1)], dtype=bool))
+            marks = np.frombuffer(bytes_at(active, self.components + 1), np.bool_)
+            self._evaluation.parts.choose(marks.copy())
         except BaseException as error:
             self._evaluation.raised.keep(error)
 
