@@ -48,7 +48,8 @@ def solve(
     Entities are split so that no constraint reads the interiors of two parts. A worker holds the
     rows of its parts, evaluates their constraints, and eliminates their interiors; what is between
     the parts is solved as one sparse system. Steps are accepted and the solve ends as on one
-    machine: the attempts are the same, and costs agree to rounding.
+    machine: the attempts are the same, and costs agree to rounding. Connected components are solved
+    separately, each with its own end (`Result.components`).
 
     Parameters
     ----------

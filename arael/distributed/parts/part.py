@@ -125,6 +125,7 @@ class Part:
         self._values: Floats = np.zeros(0)
         self._diagonal: Floats = np.zeros(0)
         self._corner: list[tuple[Any, ...]] = []
+        self._held: tuple[Ints, Ints] = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
         self._factor: Floats = np.zeros((0, 0))  # L_bb
         self._swept_at: Ints = np.zeros(0, dtype=np.int64)  # places of y_b in the solver's memory
 
@@ -228,8 +229,7 @@ class Part:
         if held is not None and len(held):
             own, system = own.copy(), system.copy()
             own[held] = 0
-            _, positions = row_and_column_positions(self.structure.pattern, held)
-            system[positions] = 0
+            system[self._positions_of(held)] = 0
         shift = np.where(own[self.boundary] > 0, own[self.boundary], 1.0)
         diagonal = np.ones(len(own))
         diagonal[self.interior] = damped
@@ -240,6 +240,13 @@ class Part:
         self._factor = self._factor_of_boundary()
         self._shift = shift
         return 0
+
+    def _positions_of(self, held: Ints) -> Ints:
+        """Values of J'J in the rows and columns of some scalars; kept, since few factors differ."""
+        if not np.array_equal(held, self._held[0]):
+            pattern = self.structure.pattern
+            self._held = held, np.asarray(row_and_column_positions(pattern, held)[1])
+        return self._held[1]
 
     def complement(self) -> Floats:
         """(b, b) S of the last factor."""

@@ -233,7 +233,8 @@ class Team:
         own = self._own if out is None else np.where(out, 0.0, self._own)
         for k in self._acting:
             at = self._places[k]
-            self.traffic.out += 8 * len(at.interior)
+            held = factors[k].held
+            self.traffic.out += 8 * len(at.interior) + (0 if held is None else held.nbytes)
             self.traffic.reduced += 8 * len(at.boundary) * (len(at.boundary) + 1)
         self._factor = (factors, (damped - own)[self.scalars])
         return self._solved(self._rights(right), right)

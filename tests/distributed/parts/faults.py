@@ -97,13 +97,13 @@ def kill_later(
     cluster.kill_worker(victim)
 
 
-def kills(runs: int, folder: Path, seed: int = 0) -> Count:
-    """Solve `runs` times, each with one of two workers killed at a random time."""
+def kills(runs: int, folder: Path, seed: int = 0, name: str = NAME) -> Count:
+    """Solve a problem `runs` times, each with one of two workers killed at a random time."""
     # imported here: an optional part
     import distributed
 
     generator = random.Random(seed)
-    model = PROBLEMS[NAME]()
+    model = PROBLEMS[name]()
     arrays = arrays_of(model)
     cluster = Cluster(folder)
     count = Count()

@@ -16,6 +16,7 @@ from arael.distributed.parts import requests, team
 from arael.distributed.parts.executors import Call, InProcess
 from arael.distributed.parts.solve import prepare, run
 from arael.distributed.parts.split import BOUNDARY, by_separators
+from arael.runtime.linear import narrowing
 
 from .problems import arrays_of, fields, fleet, tracks, with_arrays
 from .test_equal import assert_equal, in_parts
@@ -130,6 +131,17 @@ def test_marginals_of_each_component(small: int, monkeypatch: pytest.MonkeyPatch
         np.testing.assert_allclose(
             covariance.marginal("poses", row), alone.marginal(("poses", row)), rtol=1e-6, atol=1e-15
         )
+
+
+def test_components_that_have_ended_stay_in_the_vectors_of_the_caller(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # On one machine the system is restricted to those that are left: here with every end.
+    monkeypatch.setattr(narrowing, "CONSTANT", 0)
+    monkeypatch.setattr(narrowing, "MULTIPLE", 0)
+    model = fleet()
+    found = in_parts(model, 3)
+    assert_components_equal(found, model.solve(solver="sparse"))
 
 
 class Counting(InProcess):

@@ -144,8 +144,9 @@ def test_workers_run_only_models_whose_hash_the_client_vouches_for(client: Any) 
     assert found.result.converged
 
 
-def test_a_killed_worker_changes_nothing(tmp_path: Path) -> None:
-    count = kills(2, tmp_path / "cluster", seed=5)
+@pytest.mark.parametrize("name", ["grid", "fleet"])
+def test_a_killed_worker_changes_nothing(name: str, tmp_path: Path) -> None:
+    count = kills(2, tmp_path / "cluster", seed=5, name=name)
     assert count.equal == count.runs == 2
 
 

@@ -79,7 +79,7 @@ def test_parts_of_parquet_files_have_the_rows_of_an_archive(name: str, tmp_path:
             np.testing.assert_array_equal(found[key].reshape(array.shape), array, key)
 
 
-@pytest.mark.parametrize("name", ["bundle", "chain"])
+@pytest.mark.parametrize("name", ["bundle", "chain", "fleet"])
 def test_a_folder_of_parquet_files_is_solved_bit_by_bit_as_an_archive(
     name: str, tmp_path: Path
 ) -> None:
