@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
@@ -21,6 +21,23 @@ _LINE = re.compile(
     r"([a-z_]+(?: [A-Za-z]+\d+(?:\.\w+)?)+) (-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\Z", re.ASCII
 )
 _MOST = 1024
+
+
+class Repeat(NamedTuple):
+    """A line that gives a dimension a value.
+
+    Attributes
+    ----------
+    line : its part before the value
+    known : the dimension
+    value : new
+    answer : replies to such a line
+    """
+
+    line: str
+    known: Dimension
+    value: Amount
+    answer: Answer
 
 
 class Repeats:
@@ -44,8 +61,12 @@ class Repeats:
             self._known.clear()
         self._known[found[1]] = made, answer
 
-    def find(self, line: str, document: Document) -> tuple[Dimension, Amount, Answer] | None:
-        """The dimension that a line gives a value, the value, and what replies; None: read it."""
+    def keep(self, repeat: Repeat, made: Dimension) -> None:
+        """Keep the dimension with the value that a line has given it."""
+        self._known[repeat.line] = made, repeat.answer
+
+    def find(self, line: str, document: Document) -> Repeat | None:
+        """The dimension that a line gives a value, and the value; None: the line must be read."""
         found = _LINE.match(line)
         if found is None or found[1] not in self._known:
             return None
@@ -53,4 +74,4 @@ class Repeats:
         number = float(found[2])
         if document.dimensions.get(known.name) is not known or not math.isfinite(number):
             return None
-        return known, Amount(found[2], number), answer
+        return Repeat(found[1], known, Amount(found[2], number), answer)

@@ -7,20 +7,20 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from arael.diagnostics.records import AraelError, Source, Span
 from arael.diagnostics.suggest import closest
 from arael.sketch.commands import table
 from arael.sketch.commands.numbers import place, shown
 from arael.sketch.commands.reading import Words
-from arael.sketch.commands.repeats import Answer, Repeats
+from arael.sketch.commands.repeats import Repeat, Repeats
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.tokens import Statement, fail, lines
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
 from arael.sketch.document.kinds import PREFIXES
-from arael.sketch.document.records import Amount, Dimension
+from arael.sketch.document.records import Dimension
 from arael.sketch.expressions.evaluation import NoValueError, Value, evaluate
 from arael.sketch.expressions.functions import CONSTANTS
 from arael.sketch.expressions.reading import moved
@@ -59,6 +59,9 @@ class View:
     center: tuple[float, float] | None = None
     zoom: float = 1.0
     version: int = 0
+
+
+_T = TypeVar("_T")
 
 
 @dataclass
@@ -160,25 +163,39 @@ class Session:
         AraelError
             At the first line that fails, with its place; lines before it stay.
         """
-        known = self.repeats.find(text, self.document)
-        if known is not None:
-            return [self._again(text, name, *known)]
+        repeat = self.repeats.find(text, self.document)
+        if repeat is not None:
+            return [self._again(text, name, repeat, lambda made: repeat.answer(self, made))]
         return [reply for line in lines(Source(name, text)) for reply in self.run_line(line)]
 
-    def _again(
-        self, text: str, name: str, known: Dimension, value: Amount, answer: Answer
-    ) -> Reply:
+    def renewed(self, text: str, name: str) -> Dimension | None:
+        """Run a line without a reply, if it gives a dimension of an earlier line a value.
+
+        What it would say takes as long as the solve of a small sketch.
+
+        Returns
+        -------
+        The dimension; None: the line does something else, and was not run.
+        """
+        repeat = self.repeats.find(text, self.document)
+        if repeat is None:
+            return None
+        made = self._again(text, name, repeat, lambda made: made)
+        self.editor.notices.clear()
+        return made
+
+    def _again(self, text: str, name: str, repeat: Repeat, answer: Callable[[Dimension], _T]) -> _T:
         """Run a line that gives a dimension of an earlier line a value."""
         try:
             with self.document.transaction(text):
-                made = self.editor.renew(known, value)
-                self.repeats.note(text, made, answer)
-                return answer(self, made)
+                made = self.editor.renew(repeat.known, repeat.value)
+                self.repeats.keep(repeat, made)
+                return answer(made)
         except (AraelError, ValueError) as error:
             ((statement,),) = lines(Source(name, text))
             word = _first_word(text)
             span = Span(statement.source, statement.start, statement.start + len(word))
-            self._refuse(error, statement, statement.start, known.kind, span)
+            self._refuse(error, statement, statement.start, repeat.known.kind, span)
         finally:
             if self.after_line is not None:
                 self.after_line()

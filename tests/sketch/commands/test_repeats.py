@@ -86,3 +86,37 @@ def test_a_dimension_that_was_put_back_is_read_anew():
     assert repeats.find("length L0 6", sketch.document) is not None
     sketch.run("undo")
     assert repeats.find("length L0 6", sketch.document) is None
+
+
+def called(sketch: Sketch, line: str) -> str:
+    """A line by the method of its word: what it made, or why it was refused."""
+    word, *words = line.split()
+    try:
+        return str(getattr(sketch, word)(*words))
+    except AraelError as refused:
+        return str(refused)
+
+
+def test_a_method_that_repeats_does_what_one_does_that_is_read_anew():
+    """It makes no reply, which is the one thing that is left out."""
+    repeating, reading = Sketch(), Sketch()
+    for sketch in (repeating, reading):
+        sketch.run(DRAWN)
+    lines = [f"length L0 {value}" for value in (41, 42.5, 0, 43, 44, 1e9, 45)]
+    lines += [f"angle L4 L5 {value}" for value in (51, 52, 200, 53)]
+    lines += [f"hdistance L4.p1 L4.p2 {value}" for value in (31, -32, 33)]
+    for line in [*lines, "undo", *lines]:
+        reading.session.repeats._known.clear()
+        assert called(repeating, line) == called(reading, line)
+        assert to_json(repeating.document) == to_json(reading.document)
+        assert repeating.document.history.labels == reading.document.history.labels
+        assert repeating.session.editor.notices == reading.session.editor.notices == []
+
+
+def test_a_method_that_repeats_gives_the_dimension():
+    sketch = Sketch()
+    sketch.run("add_line 0,0 3,0")
+    first, *others = (sketch.length("L0", value) for value in (4, 5, 6))
+    assert [str(one) for one in (first, *others)] == ["d0"] * 3
+    assert first.value == 6
+    assert all(type(one) is type(first) for one in others)
