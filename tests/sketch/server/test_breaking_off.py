@@ -8,11 +8,8 @@ from typing import Any
 
 import pytest
 
-from arael.diagnostics.records import AraelError
-from arael.sketch.agents.tools import Agents
 from arael.sketch.judge.judge import Judge
 from arael.sketch.server.shared import SharedSketch
-from arael.sketch.server.worker import Worker
 from tests.sketch.server.shared import Local, chain, shared_sketch
 
 
@@ -112,18 +109,6 @@ def test_a_command_that_asks_is_broken_off(
     assert not shared.session.editor.solver.interruption.requested
     assert document.values.tobytes() == values and len(document.history.done) == steps + 1
     assert page.run(command)["ok"]
-
-
-def test_what_an_agent_asks_is_broken_off(
-    shared: SharedSketch, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    agents = Agents(Worker(shared), "nowhere")
-    with monkeypatch.context() as patch:
-        break_at(patch, shared, 0)
-        with pytest.raises(AraelError, match="E1235"):
-            agents._state()
-    shared.resume()
-    assert agents._state()["degrees_of_freedom"] > 0
 
 
 def test_an_edit_is_broken_off_in_its_verdict(
