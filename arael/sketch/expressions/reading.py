@@ -15,6 +15,7 @@ from arael.syntax.parser import parse_expression
 MAX_LENGTH = 2000
 """Characters of an expression."""
 
+_SHORT = 40
 _LITERAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
 _WITH_UNIT = re.compile(
     r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)[ \t]*("
@@ -62,9 +63,14 @@ class Expression:
         return tuple(dict.fromkeys(one.path for one in self.references))
 
 
-@lru_cache(maxsize=8192)
 def literal(text: str) -> float | None:
     """The number that a text is, None if it is more than a number."""
+    # Texts that are kept are short: those of files may be of any length.
+    return _literal(text) if len(text) <= _SHORT else _literal.__wrapped__(text)
+
+
+@lru_cache(maxsize=8192)
+def _literal(text: str) -> float | None:
     return float(text) if _LITERAL.match(text) else None
 
 
