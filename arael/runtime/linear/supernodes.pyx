@@ -3,16 +3,35 @@
 
 import numpy as np
 
+from libc.stdint cimport int64_t
 from libc.stdlib cimport qsort
+from libc.string cimport memcpy
 
+from arael.runtime.address cimport address, writable
 from arael.runtime.linear.front_time cimport front_time
-
-from arael.runtime.linear.siblings import join_siblings
-from arael.runtime.linear.trees import column_counts, elimination_tree, postorder
+from arael.runtime.linear.siblings cimport joined_siblings
+from arael.runtime.linear.trees cimport (
+    find_counts, find_parents, find_positions, find_postorder
+)
 
 
 cdef enum:
     CACHE = 128 * 1024      # scalars of the second-level cache
+
+
+cdef const int64_t* ints(array) except? NULL:
+    return <const int64_t*>address(array, np.int64)
+
+
+cdef int64_t* filled(array) except? NULL:
+    return <int64_t*>writable(array, np.int64)
+
+
+cdef struct Graph:
+    Py_ssize_t count
+    const int64_t* start
+    const int64_t* neighbours
+    const int64_t* weights
 
 
 cdef class Supernodes:
@@ -46,7 +65,7 @@ def find_supernodes(start, neighbours, weights, order):
 
     Parameters
     ----------
-    start, neighbours : int arrays
+    start, neighbours : int64 arrays
         Undirected graph as in `minimum_degree`.
     weights : (n,) int64
         Scalars of each vertex.
@@ -56,23 +75,236 @@ def find_supernodes(start, neighbours, weights, order):
     -------
     Supernodes
     """
-    parents = elimination_tree(start, neighbours, order)
-    order, parents = _relabel(order, parents, postorder(parents))
-    weight = np.ascontiguousarray(weights[order], dtype=np.int64)
-    counts, rows = column_counts(start, neighbours, order, parents, weight)
-    first = _maximal(parents, counts)
-    owner, tree = _amalgamate(first, parents, weight, rows)
-    order, begin, tree = _gather(order, owner, tree)
-    row_start, rows = _structure(start, neighbours, order, begin, tree)
-    into = join_siblings(begin, tree, row_start, rows, weights[order])
-    keep = np.flatnonzero(into == np.arange(len(into)))
-    if len(keep) < len(into):
-        number = np.searchsorted(keep, into)
-        owner = np.repeat(number, np.diff(begin))
-        tree = np.where(tree[keep] < 0, -1, number[tree[keep]])
-        order, begin, tree = _gather(order, owner, tree)
-        row_start, rows = _structure(start, neighbours, order, begin, tree)
-    return Supernodes(order, begin, tree, row_start, rows)
+    cdef Py_ssize_t n = len(order), ns, kept, s
+    cdef Graph graph
+    graph.count, graph.start, graph.neighbours = n, ints(start), ints(neighbours)
+    graph.weights = ints(weights)
+    work = np.empty(10 * n + 2, dtype=np.int64)
+    sequence = np.array(order, dtype=np.int64)
+    cdef int64_t* eliminated = filled(sequence)
+    cdef int64_t* owner = filled(work)
+    cdef int64_t* tree = owner + n
+    cdef int64_t* rest = tree + n
+    gains = np.empty(3 * n, dtype=np.float64)
+    cdef double* times = <double*>writable(gains, np.float64)
+    with nogil:
+        ns = merged(&graph, eliminated, owner, tree, rest, times)
+    begins, tree_of = np.empty(n + 1, dtype=np.int64), np.empty(n, dtype=np.int64)
+    cdef int64_t* begin = filled(begins)
+    cdef int64_t* parent = filled(tree_of)
+    gather(n, ns, owner, tree, eliminated, begin, parent, rest)
+    row_start, rows = _structure(&graph, ns, eliminated, begin, parent, rest)
+    into = joined_siblings(n, ns, begin, parent, row_start, rows, eliminated, graph.weights)
+    cdef const int64_t* last
+    if into is not None:
+        last = ints(into)
+        kept = 0
+        for s in range(ns):  # numbers of those that are left, in order
+            rest[s] = kept
+            kept += last[s] == s
+        number_columns(ns, last, begin, parent, rest, owner, tree)
+        ns = kept
+        gather(n, ns, owner, tree, eliminated, begin, parent, rest)
+        row_start, rows = _structure(&graph, ns, eliminated, begin, parent, rest)
+    return Supernodes(sequence, begins[:ns + 1].copy(), tree_of[:ns].copy(), row_start, rows)
+
+
+cdef void number_columns(
+    Py_ssize_t ns,
+    const int64_t* last,
+    const int64_t* begin,
+    const int64_t* parent,
+    const int64_t* number,
+    int64_t* owner,
+    int64_t* tree,
+) noexcept nogil:
+    """New number of the supernode of each column, and parents by new numbers."""
+    cdef Py_ssize_t s, p
+    for s in range(ns):
+        for p in range(begin[s], begin[s + 1]):
+            owner[p] = number[last[s]]
+        if last[s] == s:
+            tree[number[s]] = -1 if parent[s] < 0 else number[last[parent[s]]]
+
+
+cdef Py_ssize_t merged(
+    const Graph* graph,
+    int64_t* order,
+    int64_t* owner,
+    int64_t* tree,
+    int64_t* work,
+    double* times,
+) noexcept nogil:
+    """Postorder the columns, and merge supernodes into their parents where that is faster.
+
+    Parameters
+    ----------
+    order : (n,), becomes the postorder
+    owner, tree : (n,) filled with the supernode of each column and the parents of supernodes
+    work : 8 n + 2 scalars; times : 3 n
+
+    Returns
+    -------
+    Number of supernodes
+    """
+    cdef Py_ssize_t n = graph.count, ns = 0, s, c, i, best, previous, best_previous, kept
+    cdef int64_t* up = work
+    cdef int64_t* at = up + n
+    cdef int64_t* below = at + n
+    cdef int64_t* post = below + n
+    cdef int64_t* free = post + n           # 4 n + 2
+    if n == 0:
+        return 0
+    find_positions(n, order, at)
+    find_parents(n, graph.start, graph.neighbours, order, at, up, free)
+    find_postorder(n, up, post, free)
+    relabel(n, post, order, up, at, free)
+    find_positions(n, order, at)
+    cdef int64_t* weight = post
+    cdef int64_t* counts = free
+    for i in range(n):
+        weight[i] = graph.weights[order[i]]
+    find_counts(n, graph.start, graph.neighbours, order, at, up, weight, counts, below, free + n)
+    # First columns of runs in which each has the rows of the next and the next itself.
+    cdef int64_t* first = at                # n + 1: the next array is read once before it ends
+    cdef int64_t* node_of = owner
+    cdef int64_t* head = free + n
+    cdef int64_t* sibling = head + n
+    cdef int64_t* into = sibling + n
+    cdef double* k = times
+    cdef double* r = k + n
+    cdef double* t = r + n
+    cdef double gain, most, after
+    cdef int64_t p, end
+    for i in range(n):
+        if i == 0 or up[i - 1] != i or counts[i - 1] != counts[i] + 1:
+            first[ns] = i
+            ns += 1
+        node_of[i] = ns - 1
+    for s in range(ns):
+        end = first[s + 1] if s + 1 < ns else n
+        k[s] = 0
+        for i in range(first[s], end):
+            k[s] += weight[i]
+        r[s] = below[end - 1]
+        t[s] = front_time(k[s], r[s])
+        tree[s] = -1 if up[end - 1] < 0 else node_of[up[end - 1]]
+        head[s] = sibling[s] = -1
+        into[s] = s
+    for s in range(ns):
+        # All children of s were visited and are in its list.
+        while True:
+            most = 0
+            best = best_previous = previous = -1
+            c = head[s]
+            while c >= 0:
+                after = front_time(k[c] + k[s], r[s])
+                gain = t[c] + t[s] - after
+                if gain > most:
+                    most, best, best_previous = gain, c, previous
+                previous = c
+                c = sibling[c]
+            if best < 0:
+                break
+            into[best] = s
+            k[s] += k[best]
+            t[s] = front_time(k[s], r[s])
+            # The grandchildren replace the child.
+            if best_previous < 0:
+                head[s] = sibling[best]
+            else:
+                sibling[best_previous] = sibling[best]
+            c = head[best]
+            while c >= 0:
+                previous = sibling[c]
+                sibling[c] = head[s]
+                head[s] = c
+                tree[c] = s
+                c = previous
+        if tree[s] >= 0:
+            sibling[s] = head[tree[s]]
+            head[tree[s]] = s
+    cdef int64_t* number = head
+    kept = 0
+    for s in range(ns):
+        number[s] = kept
+        kept += into[s] == s
+    for s in range(ns - 1, -1, -1):
+        into[s] = into[into[s]]
+    for i in range(n):
+        owner[i] = number[into[node_of[i]]]
+    for s in range(ns):
+        if into[s] == s:
+            p = tree[s]
+            tree[number[s]] = -1 if p < 0 else number[into[p]]
+    return kept
+
+
+cdef void relabel(
+    Py_ssize_t n,
+    const int64_t* sequence,
+    int64_t* order,
+    int64_t* parent,
+    int64_t* inverse,
+    int64_t* work,
+) noexcept nogil:
+    """Reorder positions by `sequence`, in `order` and `parent`; `work` is 2 n scalars."""
+    cdef Py_ssize_t i
+    for i in range(n):
+        inverse[sequence[i]] = i
+        work[i], work[n + i] = order[i], parent[i]
+    for i in range(n):
+        order[i] = work[sequence[i]]
+        parent[i] = work[n + sequence[i]]
+        if parent[i] >= 0:
+            parent[i] = inverse[parent[i]]
+
+
+cdef void gather(
+    Py_ssize_t n,
+    Py_ssize_t ns,
+    const int64_t* owner,
+    const int64_t* tree,
+    int64_t* order,
+    int64_t* begin,
+    int64_t* parent,
+    int64_t* work,
+) noexcept nogil:
+    """Order with the columns of each supernode contiguous, supernodes in postorder.
+
+    Within a supernode columns keep their order.
+
+    Parameters
+    ----------
+    owner : (n,) supernode of each column; tree : (ns,) their parents
+    order : (n,), reordered in place
+    begin, parent : (ns + 1,) and (ns,), filled
+    work : 5 n + 2 scalars
+    """
+    cdef Py_ssize_t i, s
+    cdef int64_t* node_order = work
+    cdef int64_t* rank = node_order + n
+    cdef int64_t* free = rank + n           # 3 n + 2
+    find_postorder(ns, tree, node_order, free)
+    for s in range(ns):
+        rank[node_order[s]] = s
+        begin[s + 1] = 0
+    begin[0] = 0
+    for s in range(ns):
+        parent[rank[s]] = -1 if tree[s] < 0 else rank[tree[s]]
+    for i in range(n):
+        begin[rank[owner[i]] + 1] += 1
+    for s in range(ns):
+        begin[s + 1] += begin[s]
+    cdef int64_t* place = free
+    for s in range(ns):
+        place[s] = begin[s]
+    cdef int64_t* moved = free + n
+    for i in range(n):
+        s = rank[owner[i]]
+        moved[place[s]] = order[i]
+        place[s] += 1
+    memcpy(order, moved, n * sizeof(int64_t))
 
 
 def price_of(Supernodes nodes, sizes):
@@ -95,19 +327,24 @@ def price_of(Supernodes nodes, sizes):
         Columns of blocks that are added to fronts beyond the second-level cache.
     """
     cdef Py_ssize_t ns = len(nodes.parent), s, p
-    cdef const long long[::1] start = nodes.start, parent = nodes.parent, order = nodes.order
-    cdef const long long[::1] row_start = nodes.row_start, rows = nodes.rows
-    cdef const long long[::1] size = sizes
-    cdef double[::1] own = np.zeros(ns), below = np.zeros(ns)
+    cdef const int64_t* start = ints(nodes.start)
+    cdef const int64_t* parent = ints(nodes.parent)
+    cdef const int64_t* order = ints(nodes.order)
+    cdef const int64_t* row_start = ints(nodes.row_start)
+    cdef const int64_t* rows = ints(nodes.rows)
+    cdef const int64_t* size = ints(sizes)
+    sums = np.zeros(2 * ns)
+    cdef double* own = <double*>writable(sums, np.float64)
+    cdef double* below = own + ns
     cdef double k, r, flops = 0, time = 0, scattered = 0
-    cdef long long nnz = 0
+    cdef int64_t nnz = 0
     for s in range(ns):
         for p in range(start[s], start[s + 1]):
             own[s] += size[order[p]]
         for p in range(row_start[s], row_start[s + 1]):
             below[s] += size[order[rows[p]]]
         k, r = own[s], below[s]
-        nnz += <long long>(k * (k + 1) / 2 + k * r)
+        nnz += <int64_t>(k * (k + 1) / 2 + k * r)
         flops += k * k * k / 3 + k * k * r + k * r * r
         time += front_time(k, r)
     for s in range(ns):
@@ -117,120 +354,17 @@ def price_of(Supernodes nodes, sizes):
     return nnz, flops, time, scattered
 
 
-def _gather(order, owner, tree):
-    """Order, starts and parents with the columns of each supernode contiguous.
-
-    Within a supernode columns keep their order.
-    """
-    node_order = postorder(tree)
-    rank = np.empty(len(node_order), dtype=np.int64)
-    rank[node_order] = np.arange(len(node_order))
-    columns = np.argsort(rank[owner], kind="stable")
-    begin = np.searchsorted(rank[owner][columns], np.arange(len(node_order) + 1)).astype(np.int64)
-    tree = tree[node_order]
-    tree = np.where(tree < 0, -1, rank[tree]).astype(np.int64)
-    return np.ascontiguousarray(order[columns]), begin, tree
-
-
-def _relabel(order, parents, sequence):
-    """Order and parents after reordering the positions by `sequence`."""
-    inverse = np.empty(len(sequence), dtype=np.int64)
-    inverse[sequence] = np.arange(len(sequence))
-    moved = parents[sequence]
-    return order[sequence], np.where(moved < 0, -1, inverse[moved])
-
-
-def _maximal(parents, counts):
-    """First columns of runs in which each column has the rows of the next plus the next itself."""
-    n = len(parents)
-    if n == 0:
-        return np.zeros(0, dtype=np.int64)
-    joined = (parents[: n - 1] == np.arange(1, n)) & (counts[: n - 1] == counts[1:] + 1)
-    return np.flatnonzero(np.concatenate(([True], ~joined)))
-
-
-cdef _amalgamate(first, parents, weight, below):
-    """Merge supernodes into their parents where that makes the factorisation faster.
-
-    Returns the merged supernode of each column, and the parent of each merged supernode.
-    """
-    cdef Py_ssize_t n = len(parents), ns = len(first), s, c, p, best, previous, best_previous
-    cdef long long[::1] f = np.append(first, n).astype(np.int64)
-    cdef long long[::1] up = np.ascontiguousarray(parents, dtype=np.int64)
-    cdef long long[::1] w = np.ascontiguousarray(weight, dtype=np.int64)
-    cdef long long[::1] b = np.ascontiguousarray(below, dtype=np.int64)
-    node = np.repeat(np.arange(ns), np.diff(np.append(first, n)))
-    cdef long long[::1] node_of = np.ascontiguousarray(node, dtype=np.int64)
-    cdef double[::1] k = np.zeros(ns), r = np.zeros(ns), t = np.zeros(ns)
-    cdef long long[::1] head = np.full(ns, -1, dtype=np.int64)
-    cdef long long[::1] sibling = np.full(ns, -1, dtype=np.int64)
-    cdef long long[::1] into = np.arange(ns, dtype=np.int64)
-    tree = np.full(ns, -1, dtype=np.int64)
-    cdef long long[::1] parent = tree
-    cdef double gain, most, merged
-    for s in range(ns):
-        for c in range(f[s], f[s + 1]):
-            k[s] += w[c]
-        r[s] = b[f[s + 1] - 1]
-        t[s] = front_time(k[s], r[s])
-        p = up[f[s + 1] - 1]
-        if p >= 0:
-            parent[s] = node_of[p]
-    for s in range(ns):
-        # All children of s were visited and are in its list.
-        while True:
-            most = 0
-            best = best_previous = previous = -1
-            c = head[s]
-            while c >= 0:
-                merged = front_time(k[c] + k[s], r[s])
-                gain = t[c] + t[s] - merged
-                if gain > most:
-                    most, best, best_previous = gain, c, previous
-                previous = c
-                c = sibling[c]
-            if best < 0:
-                break
-            into[best] = s
-            k[s] += k[best]
-            t[s] = front_time(k[s], r[s])
-            # The grandchildren replace the child.
-            if best_previous < 0:
-                head[s] = sibling[best]
-            else:
-                sibling[best_previous] = sibling[best]
-            c = head[best]
-            while c >= 0:
-                previous = sibling[c]
-                sibling[c] = head[s]
-                head[s] = c
-                parent[c] = s
-                c = previous
-        if parent[s] >= 0:
-            sibling[s] = head[parent[s]]
-            head[parent[s]] = s
-    for s in range(ns - 1, -1, -1):
-        into[s] = into[into[s]]
-    keep = np.flatnonzero(np.asarray(into) == np.arange(ns))
-    number = np.full(ns, -1, dtype=np.int64)
-    number[keep] = np.arange(len(keep))
-    owner = number[np.asarray(into)][node]
-    parent_kept = tree[keep]
-    parent_kept = np.where(parent_kept < 0, -1, number[np.asarray(into)[parent_kept]])
-    return owner.astype(np.int64), parent_kept.astype(np.int64)
-
-
 cdef int _ascending(const void* a, const void* b) noexcept nogil:
-    cdef long long x = (<const long long*>a)[0], y = (<const long long*>b)[0]
+    cdef int64_t x = (<const int64_t*>a)[0], y = (<const int64_t*>b)[0]
     return (x > y) - (x < y)
 
 
-cdef void _sort(long long* values, Py_ssize_t count) noexcept nogil:
+cdef void _sort(int64_t* values, Py_ssize_t count) noexcept nogil:
     """Sort in place; most lists are short, and nearly in order."""
     cdef Py_ssize_t i, j
-    cdef long long value
+    cdef int64_t value
     if count > 32:
-        qsort(values, count, sizeof(long long), _ascending)
+        qsort(values, count, sizeof(int64_t), _ascending)
         return
     for i in range(1, count):
         value = values[i]
@@ -241,32 +375,43 @@ cdef void _sort(long long* values, Py_ssize_t count) noexcept nogil:
         values[j] = value
 
 
-cdef _structure(start, neighbours, order, begin, tree):
-    """Rows below each supernode: those of the matrix and those of its children."""
-    cdef Py_ssize_t n = len(order), ns = len(tree), s, c, j, p, end, count
-    cdef long long[::1] s0 = np.ascontiguousarray(start, dtype=np.int64)
-    cdef long long[::1] a = np.ascontiguousarray(neighbours, dtype=np.int64)
-    cdef long long[::1] o = np.ascontiguousarray(order, dtype=np.int64)
-    cdef long long[::1] first = begin, parent = tree
-    position = np.empty(n, dtype=np.int64)
-    position[order] = np.arange(n)
-    cdef long long[::1] at = position
-    cdef long long[::1] seen = np.full(n, -1, dtype=np.int64)
-    cdef long long[::1] head = np.full(ns, -1, dtype=np.int64)
-    cdef long long[::1] sibling = np.full(ns, -1, dtype=np.int64)
-    row_start = np.zeros(ns + 1, dtype=np.int64)
-    cdef long long[::1] rs = row_start
-    rows = np.empty(max(4 * len(neighbours), 16) + n, dtype=np.int64)
-    cdef long long[::1] r = rows
-    count = 0
+cdef _structure(
+    const Graph* graph,
+    Py_ssize_t ns,
+    const int64_t* order,
+    const int64_t* begin,
+    const int64_t* parent,
+    int64_t* work,
+):
+    """Rows below each supernode: those of the matrix and those of its children.
+
+    `work` is 4 n scalars.
+    """
+    cdef Py_ssize_t n = graph.count, s, c, j, p, end, count = 0, room
+    cdef int64_t* at = work
+    cdef int64_t* seen = at + n
+    cdef int64_t* head = seen + n
+    cdef int64_t* sibling = head + n
+    row_start = np.empty(ns + 1, dtype=np.int64)
+    cdef int64_t* rs = filled(row_start)
+    room = max(4 * graph.start[n], 16) + n
+    rows = np.empty(room, dtype=np.int64)
+    cdef int64_t* r = filled(rows)
+    find_positions(n, order, at)
+    for s in range(n):
+        seen[s] = -1
     for s in range(ns):
-        if count + n > len(rows):
-            rows = np.concatenate((rows, np.empty(len(rows) + n, dtype=np.int64)))
-            r = rows
-        end = first[s + 1]
-        for j in range(first[s], end):
-            for p in range(s0[o[j]], s0[o[j] + 1]):
-                c = at[a[p]]
+        head[s] = sibling[s] = -1
+    rs[0] = 0
+    for s in range(ns):
+        if count + n > room:
+            rows = np.concatenate((rows, np.empty(room + n, dtype=np.int64)))
+            room = len(rows)
+            r = filled(rows)
+        end = begin[s + 1]
+        for j in range(begin[s], end):
+            for p in range(graph.start[order[j]], graph.start[order[j] + 1]):
+                c = at[graph.neighbours[p]]
                 if c >= end and seen[c] != s:
                     seen[c] = s
                     r[count] = c

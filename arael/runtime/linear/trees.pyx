@@ -1,7 +1,118 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
-"""Elimination tree of a block pattern in a given order: parents, postorder, column counts."""
+"""Elimination tree of a block pattern in a given order: parents, postorder, column counts.
+
+The passes work on arrays of the caller, so that a symbolic factorisation allocates once; functions
+of the same names with NumPy arrays are for tests and for what is not done for each pattern.
+"""
 
 import numpy as np
+
+from arael.runtime.address cimport address, writable
+
+
+cdef void find_positions(Py_ssize_t n, const int64_t* order, int64_t* at) noexcept nogil:
+    """Position in the order of each vertex."""
+    cdef Py_ssize_t i
+    for i in range(n):
+        at[order[i]] = i
+
+
+cdef void find_parents(
+    Py_ssize_t n,
+    const int64_t* start,
+    const int64_t* neighbours,
+    const int64_t* order,
+    const int64_t* at,
+    int64_t* parent,
+    int64_t* ancestor,
+) noexcept nogil:
+    """See `elimination_tree`; `ancestor` is n scalars of work."""
+    cdef Py_ssize_t i, p, v
+    cdef int64_t j, k
+    for i in range(n):
+        parent[i] = ancestor[i] = -1
+    for i in range(n):
+        v = order[i]
+        for p in range(start[v], start[v + 1]):
+            j = at[neighbours[p]]
+            while j >= 0 and j < i:
+                k = ancestor[j]
+                ancestor[j] = i
+                if k < 0:
+                    parent[j] = i
+                j = k
+
+
+cdef void find_postorder(
+    Py_ssize_t n, const int64_t* parent, int64_t* out, int64_t* work
+) noexcept nogil:
+    """See `postorder`; `work` is 3 n + 2 scalars."""
+    cdef int64_t* head = work
+    cdef int64_t* stack = head + n + 1
+    cdef int64_t* sibling = stack + n + 1
+    cdef Py_ssize_t i, top, count = 0
+    cdef int64_t v
+    for i in range(n + 1):
+        head[i] = -1
+    # Children are pushed in front of their siblings, so the last one linked is visited first.
+    for v in range(n - 1, -1, -1):
+        top = parent[v] if parent[v] >= 0 else n
+        sibling[v] = head[top]
+        head[top] = v
+    stack[0] = n
+    top = 0
+    while top >= 0:
+        v = stack[top]
+        if head[v] >= 0:
+            i = head[v]
+            head[v] = sibling[i]
+            top += 1
+            stack[top] = i
+        else:
+            if v < n:
+                out[count] = v
+                count += 1
+            top -= 1
+
+
+cdef void find_counts(
+    Py_ssize_t n,
+    const int64_t* start,
+    const int64_t* neighbours,
+    const int64_t* order,
+    const int64_t* at,
+    const int64_t* parent,
+    const int64_t* weight,
+    int64_t* counts,
+    int64_t* rows,
+    int64_t* seen,
+) noexcept nogil:
+    """See `column_counts`; `seen` is n scalars of work."""
+    cdef Py_ssize_t i, p, v
+    cdef int64_t j
+    for i in range(n):
+        seen[i] = -1
+        counts[i] = rows[i] = 0
+    for i in range(n):
+        v = order[i]
+        seen[i] = i
+        for p in range(start[v], start[v + 1]):
+            j = at[neighbours[p]]
+            if j > i:
+                continue
+            while seen[j] != i:
+                seen[j] = i
+                counts[j] += 1
+                rows[j] += weight[i]
+                j = parent[j]
+
+
+cdef const int64_t* ints(array) except? NULL:
+    return <const int64_t*>address(array, np.int64)
+
+
+cdef int64_t* filled(array) except? NULL:
+    return <int64_t*>writable(array, np.int64)
 
 
 def elimination_tree(start, neighbours, order):
@@ -22,71 +133,33 @@ def elimination_tree(start, neighbours, order):
     (n,) int64
         Parent of the vertex at each *position* in the order, as a position; -1 for a root.
     """
-    cdef Py_ssize_t n = len(order), i, j, k, p, v
-    cdef long long[::1] s = np.ascontiguousarray(start, dtype=np.int64)
-    cdef long long[::1] a = np.ascontiguousarray(neighbours, dtype=np.int64)
-    cdef long long[::1] o = np.ascontiguousarray(order, dtype=np.int64)
-    position = np.empty(n, dtype=np.int64)
-    position[order] = np.arange(n)
-    cdef long long[::1] at = position
-    parents = np.full(n, -1, dtype=np.int64)
-    cdef long long[::1] parent = parents
-    cdef long long[::1] ancestor = np.full(n, -1, dtype=np.int64)
-    for i in range(n):
-        v = o[i]
-        for p in range(s[v], s[v + 1]):
-            j = at[a[p]]
-            while j >= 0 and j < i:
-                k = ancestor[j]
-                ancestor[j] = i
-                if k < 0:
-                    parent[j] = i
-                j = k
+    cdef Py_ssize_t n = len(order)
+    order = np.ascontiguousarray(order, dtype=np.int64)
+    at, parents, work = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    find_positions(n, ints(order), filled(at))
+    find_parents(
+        n, ints(start), ints(neighbours), ints(order), ints(at), filled(parents), filled(work)
+    )
     return parents
 
 
-def postorder(parents, rank=None):
+def postorder(parents):
     """Positions of a forest in postorder: each subtree is contiguous, its root last.
+
+    Children of one parent keep their order.
 
     Parameters
     ----------
     parents : (n,) int
-    rank : (n,) number, optional
-        Children with a higher rank come first; by default they keep their order.
 
     Returns
     -------
     (n,) int64
     """
-    cdef Py_ssize_t n = len(parents), i, v, top, count = 0
-    cdef long long[::1] parent = np.ascontiguousarray(parents, dtype=np.int64)
-    by = np.arange(n)[::-1] if rank is None else np.argsort(rank, kind="stable")
-    # Children are pushed in front of their siblings, so the last one linked is visited first.
-    cdef long long[::1] sequence = np.ascontiguousarray(by, dtype=np.int64)
-    cdef long long[::1] head = np.full(n + 1, -1, dtype=np.int64)
-    cdef long long[::1] sibling = np.full(n, -1, dtype=np.int64)
-    order = np.empty(n, dtype=np.int64)
-    cdef long long[::1] out = order
-    cdef long long[::1] stack = np.empty(n + 1, dtype=np.int64)
-    for i in range(n):
-        v = sequence[i]
-        top = parent[v] if parent[v] >= 0 else n
-        sibling[v] = head[top]
-        head[top] = v
-    stack[0] = n
-    top = 0
-    while top >= 0:
-        v = stack[top]
-        if head[v] >= 0:
-            i = head[v]
-            head[v] = sibling[i]
-            top += 1
-            stack[top] = i
-        else:
-            if v < n:
-                out[count] = v
-                count += 1
-            top -= 1
+    cdef Py_ssize_t n = len(parents)
+    parents = np.ascontiguousarray(parents, dtype=np.int64)
+    order, work = np.empty(n, dtype=np.int64), np.empty(3 * n + 2, dtype=np.int64)
+    find_postorder(n, ints(parents), filled(order), filled(work))
     return order
 
 
@@ -112,29 +185,23 @@ def column_counts(start, neighbours, order, parents, weights):
     rows : (n,) int64
         Scalars below the diagonal block.
     """
-    cdef Py_ssize_t n = len(order), i, j, p, v
-    cdef long long[::1] s = np.ascontiguousarray(start, dtype=np.int64)
-    cdef long long[::1] a = np.ascontiguousarray(neighbours, dtype=np.int64)
-    cdef long long[::1] o = np.ascontiguousarray(order, dtype=np.int64)
-    cdef long long[::1] parent = np.ascontiguousarray(parents, dtype=np.int64)
-    cdef long long[::1] weight = np.ascontiguousarray(weights, dtype=np.int64)
-    position = np.empty(n, dtype=np.int64)
-    position[order] = np.arange(n)
-    cdef long long[::1] at = position
-    cdef long long[::1] seen = np.full(n, -1, dtype=np.int64)
-    counts = np.zeros(n, dtype=np.int64)
-    rows = np.zeros(n, dtype=np.int64)
-    cdef long long[::1] c = counts, r = rows
-    for i in range(n):
-        v = o[i]
-        seen[i] = i
-        for p in range(s[v], s[v + 1]):
-            j = at[a[p]]
-            if j > i:
-                continue
-            while seen[j] != i:
-                seen[j] = i
-                c[j] += 1
-                r[j] += weight[i]
-                j = parent[j]
+    cdef Py_ssize_t n = len(order)
+    order, parents, weights = (
+        np.ascontiguousarray(one, dtype=np.int64) for one in (order, parents, weights)
+    )
+    at, seen = np.empty(n, np.int64), np.empty(n, np.int64)
+    counts, rows = np.empty(n, np.int64), np.empty(n, np.int64)
+    find_positions(n, ints(order), filled(at))
+    find_counts(
+        n,
+        ints(start),
+        ints(neighbours),
+        ints(order),
+        ints(at),
+        ints(parents),
+        ints(weights),
+        filled(counts),
+        filled(rows),
+        filled(seen),
+    )
     return counts, rows
