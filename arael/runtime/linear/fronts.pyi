@@ -12,6 +12,8 @@ class Fronts:
     columns: Ints
     below: Ints
     first: Ints
+    tall: Ints
+    low: Ints
     triangle: Ints
     panel: Ints
     alone: Stacks

@@ -3,10 +3,22 @@
 
 import numpy as np
 
-from arael.runtime.linear.front_time import time_of_front
-from arael.runtime.linear.memory import leading
+from libc.stdint cimport int64_t
+
+from arael.runtime.address cimport address, writable
+from arael.runtime.linear.front_time cimport front_time
+from arael.runtime.linear.lead cimport led
+
 from arael.runtime.linear.stacks import place_updates
-from arael.runtime.linear.subtrees import bundle_subtrees
+from arael.runtime.linear.subtrees import bundle_subtrees, worth_bundling
+
+
+cdef const int64_t* ints(array) except? NULL:
+    return <const int64_t*>address(array, np.int64)
+
+
+cdef int64_t* filled(array) except? NULL:
+    return <int64_t*>writable(array, np.int64)
 
 
 cdef class Fronts:
@@ -18,6 +30,8 @@ cdef class Fronts:
         Columns k and rows r below them of each front.
     first : (ns,) int64
         First column, in the order of elimination.
+    tall, low : (ns,) int64
+        Leading dimensions of the triangle, and of the panel and the update matrix.
     triangle, panel : (ns,) int64
         Offsets of the (k, k) triangle and the (r, k) panel in the storage of the factor. Below the
         panel is a row for the right-hand side.
@@ -42,7 +56,7 @@ cdef class Fronts:
         Consecutive rows of a front in the whole vector: first scalar, count.
     """
 
-    cdef readonly object columns, below, first, triangle, panel, alone, together
+    cdef readonly object columns, below, first, tall, low, triangle, panel, alone, together
     cdef readonly object child_start, children, run_start, run_inside, runs, strip_start, strips
     cdef readonly object storage, bundle, bundles
 
@@ -65,62 +79,96 @@ def plan_fronts(supernodes, weights, Py_ssize_t pad, Py_ssize_t large):
     Fronts
     """
     cdef Fronts f = Fronts()
-    width = weights[supernodes.order]
-    offset = np.concatenate(([0], np.cumsum(width))).astype(np.int64)
-    begin, row_start = supernodes.start, supernodes.row_start
-    ns = len(supernodes.parent)
-    f.first = np.ascontiguousarray(offset[begin[:ns]])
-    f.columns = np.diff(offset[begin])
-    weight_of_rows = np.concatenate(([0], np.cumsum(width[supernodes.rows])))
-    f.below = np.diff(weight_of_rows[row_start])
-    tall, low = leading(f.columns, pad), leading(f.below + 1, pad)
-    # Triangle and panel of a front are adjacent; a vector may overshoot each by `pad`.
-    size = f.columns * (tall + low) + 2 * pad
-    place = np.concatenate(([0], np.cumsum(size)))
-    f.triangle = np.ascontiguousarray(place[:ns])
-    f.panel = f.triangle + f.columns * tall + pad
-    f.storage = int(place[ns])
-    _family(f, supernodes.parent)
-    costs = time_of_front(f.columns, f.below)
-    f.bundle, f.bundles = bundle_subtrees(supernodes.parent, costs, f.columns > large)
-    sizes = np.where(f.below > 0, f.below * low + pad, 0)
-    whole = np.full(ns, -1, dtype=np.int64)
-    f.alone = place_updates(supernodes.parent, sizes, whole, 0, pad)
-    f.together = f.alone
+    cdef Py_ssize_t ns = len(supernodes.parent), n = len(supernodes.order), s, p, i
+    cdef const int64_t* weight = ints(weights)
+    cdef const int64_t* order = ints(supernodes.order)
+    cdef const int64_t* begin = ints(supernodes.start)
+    cdef const int64_t* row_start = ints(supernodes.row_start)
+    cdef const int64_t* rows = ints(supernodes.rows)
+    cdef const int64_t* parent = ints(supernodes.parent)
+    offsets, update_sizes = np.empty(n + 1, dtype=np.int64), np.empty(ns, dtype=np.int64)
+    f.first, f.columns, f.below, f.tall, f.low, f.triangle, f.panel, f.children = (
+        np.empty(ns, dtype=np.int64) for _ in range(8)
+    )
+    f.child_start, costs = np.zeros(ns + 2, dtype=np.int64), np.empty(ns)
+    cdef int64_t* offset = filled(offsets)
+    cdef int64_t* size = filled(update_sizes)
+    cdef int64_t* first = filled(f.first)
+    cdef int64_t* columns = filled(f.columns)
+    cdef int64_t* below = filled(f.below)
+    cdef int64_t* tall = filled(f.tall)
+    cdef int64_t* low = filled(f.low)
+    cdef int64_t* triangle = filled(f.triangle)
+    cdef int64_t* panel = filled(f.panel)
+    cdef int64_t* children = filled(f.children)
+    cdef int64_t* child_start = filled(f.child_start)
+    cdef double* cost = <double*>writable(costs, np.float64)
+    cdef int64_t place = 0
+    cdef double total = 0
+    with nogil:
+        offset[0] = 0
+        for i in range(n):
+            offset[i + 1] = offset[i] + weight[order[i]]
+        for s in range(ns):
+            first[s] = offset[begin[s]]
+            columns[s] = offset[begin[s + 1]] - offset[begin[s]]
+            below[s] = 0
+            for p in range(row_start[s], row_start[s + 1]):
+                below[s] += weight[order[rows[p]]]
+            tall[s], low[s] = led(columns[s], pad), led(below[s] + 1, pad)
+            # Triangle and panel are adjacent; a vector may overshoot each by `pad`.
+            triangle[s] = place
+            panel[s] = place + columns[s] * tall[s] + pad
+            place += columns[s] * (tall[s] + low[s]) + 2 * pad
+            size[s] = below[s] * low[s] + pad if below[s] > 0 else 0
+            cost[s] = front_time(columns[s], below[s])
+            total += cost[s]
+            # Counted one place further on, so that filling moves each start to where it belongs.
+            if parent[s] >= 0:
+                child_start[parent[s] + 2] += 1
+        for s in range(ns):
+            child_start[s + 1] += child_start[s]
+        for s in range(ns):
+            if parent[s] >= 0:
+                children[child_start[parent[s] + 1]] = s
+                child_start[parent[s] + 1] += 1
+    f.storage = place
+    f.children, f.child_start = f.children[:child_start[ns]], f.child_start[:ns + 1]
+    f.bundle, f.bundles = np.full(ns, -1, dtype=np.int64), 0
+    f.alone = f.together = place_updates(supernodes.parent, update_sizes, f.bundle, 0, pad)
+    if worth_bundling(ns, total):
+        f.bundle, f.bundles = bundle_subtrees(supernodes.parent, costs, f.columns > large)
     if f.bundles:
-        f.together = place_updates(supernodes.parent, sizes, f.bundle, f.bundles, pad)
-    _moves(f, supernodes, offset)
+        f.together = place_updates(
+            supernodes.parent, update_sizes, f.bundle, f.bundles, pad
+        )
+    find_moves(f, supernodes, offset)
     return f
 
 
-cdef _family(Fronts f, parent):
-    """List the children of each front."""
-    ns = len(parent)
-    inner = np.flatnonzero(parent >= 0)
-    f.children = inner[np.argsort(parent[inner], kind="stable")].astype(np.int64)
-    f.child_start = np.searchsorted(parent[f.children], np.arange(ns + 1)).astype(np.int64)
-
-
-cdef _moves(Fronts f, supernodes, offsets):
+cdef find_moves(Fronts f, supernodes, const int64_t* offset):
     """Find the runs of rows, within the parent and within the whole vector."""
     cdef Py_ssize_t ns = len(supernodes.parent), s, parent, p, j, k, count = 0, strip = 0
-    cdef Py_ssize_t here, there, wide, mine
-    cdef long long[::1] up = supernodes.parent, rs = supernodes.row_start, rows = supernodes.rows
-    cdef long long[::1] begin = supernodes.start
-    cdef long long[::1] offset = offsets
-    cdef long long[::1] local = np.full(len(supernodes.order) + 1, -1, dtype=np.int64)
-    total = len(supernodes.rows)
-    run = np.empty((total, 3), dtype=np.intc)
-    strips = np.empty((total, 2), dtype=np.intc)
-    run_start = np.zeros(ns + 1, dtype=np.int64)
-    inside = np.zeros(ns, dtype=np.int64)
-    strip_start = np.zeros(ns + 1, dtype=np.int64)
-    cdef int[:, ::1] r = run, t = strips
-    cdef long long[::1] r0 = run_start, r1 = inside, t0 = strip_start
-    cdef long long[::1] columns = f.columns
-    cdef long long[::1] child_start = f.child_start, children = f.children
+    cdef Py_ssize_t here, there, wide, mine, total = len(supernodes.rows)
+    cdef const int64_t* up = ints(supernodes.parent)
+    cdef const int64_t* rs = ints(supernodes.row_start)
+    cdef const int64_t* rows = ints(supernodes.rows)
+    cdef const int64_t* begin = ints(supernodes.start)
+    numbers = np.empty(total + len(supernodes.order) + 1, dtype=np.int64)
+    run, strips = np.empty((total, 3), dtype=np.intc), np.empty((total, 2), dtype=np.intc)
+    run_start, strip_start = np.empty(ns + 1, dtype=np.int64), np.empty(ns + 1, dtype=np.int64)
+    inside = np.empty(ns, dtype=np.int64)
+    cdef int* r = <int*>writable(run, np.intc)          # first row, count, first in the parent
+    cdef int* t = <int*>writable(strips, np.intc)       # first scalar, count
+    cdef int64_t* r0 = filled(run_start)
+    cdef int64_t* r1 = filled(inside)
+    cdef int64_t* t0 = filled(strip_start)
+    cdef const int64_t* columns = ints(f.columns)
+    cdef const int64_t* child_start = ints(f.child_start)
+    cdef const int64_t* children = ints(f.children)
     # Runs are grouped by front, but rows of the parent are numbered once for all its children.
-    cdef long long[::1] place = np.empty(total, dtype=np.int64)
+    cdef int64_t* place = filled(numbers)
+    cdef int64_t* local = place + total
     for parent in range(ns):
         if child_start[parent] == child_start[parent + 1]:
             continue
@@ -142,19 +190,20 @@ cdef _moves(Fronts f, supernodes, offsets):
         for p in range(rs[s], rs[s + 1]):
             j = rows[p]
             wide = offset[j + 1] - offset[j]
-            if strip > t0[s] and t[strip - 1, 0] + t[strip - 1, 1] == offset[j]:
-                t[strip - 1, 1] += <int>wide
+            if strip > t0[s] and t[2 * strip - 2] + t[2 * strip - 1] == offset[j]:
+                t[2 * strip - 1] += <int>wide
             else:
-                t[strip, 0], t[strip, 1] = <int>offset[j], <int>wide
+                t[2 * strip], t[2 * strip + 1] = <int>offset[j], <int>wide
                 strip += 1
             there = place[p]
             if (
-                count > r0[s] and r[count - 1, 2] + r[count - 1, 1] == there
+                count > r0[s] and r[3 * count - 1] + r[3 * count - 2] == there
                 and there != columns[parent]
             ):
-                r[count - 1, 1] += <int>wide
+                r[3 * count - 2] += <int>wide
             else:
-                r[count, 0], r[count, 1], r[count, 2] = <int>mine, <int>wide, <int>there
+                r[3 * count], r[3 * count + 1] = <int>mine, <int>wide
+                r[3 * count + 2] = <int>there
                 count += 1
             if there < columns[parent]:
                 r1[s] = count

@@ -89,6 +89,22 @@ cdef enum:
     PIECES = 32                 # ... in so many pieces
 
 
+cdef const long long* longs(array) except? NULL:
+    return <const long long*>address(array, np.int64)
+
+
+cdef order_scalars(pattern, sequence, found):
+    """Original scalar at each place of the elimination, for an order of blocks."""
+    cdef const long long* offset = longs(pattern.offsets)
+    cdef const long long* order = longs(sequence)
+    cdef long long* to = <long long*>writable(found, np.int64)
+    cdef Py_ssize_t i, k, place = 0
+    for i in range(len(sequence)):
+        for k in range(offset[order[i]], offset[order[i] + 1]):
+            to[place] = k
+            place += 1
+
+
 cdef class SparseSolver(LinearSolver):
     """Cholesky factorisation of a sparse block matrix in a fill-reducing order.
 
@@ -142,27 +158,14 @@ cdef class SparseSolver(LinearSolver):
             load_blas()
         ns = len(nodes.parent)
         table = np.zeros((ns + 1, len(FRONT.names)), dtype=np.int64)
-        named = table.view(FRONT)[:, 0]
-        each = named[1:]
-        each["columns"], each["below"] = fronts.columns, fronts.below
-        each["tall"] = leading(fronts.columns, pad)
-        each["low"] = leading(fronts.below + 1, pad)
-        each["first"], each["triangle"], each["panel"] = (
-            fronts.first, fronts.triangle, fronts.panel)
-        each["bundled"] = fronts.bundle >= 0
-        named["blocks"], named["children"] = block_start, fronts.child_start
-        each["inside"] = fronts.run_inside
-        named["runs"], named["strips"] = fronts.run_start, fronts.strip_start
-        offset = np.asarray(pattern.offsets)
-        width = pattern.sizes[nodes.order]
-        begin = np.repeat(offset[nodes.order], width)
-        local = np.arange(self.n) - np.repeat(np.cumsum(width) - width, width)
-        scalar = np.ascontiguousarray(begin + local, dtype=np.int64)
+        scalar = np.empty(self.n, dtype=np.int64)
+        self._fill_table(table, fronts, block_start)
+        order_scalars(pattern, nodes.order, scalar)
         storage = aligned(fronts.storage, self.dtype)
         inverse = aligned(self.n, self.dtype)
         x = aligned(self.n, self.dtype)
         self._alone, self._together = fronts.alone, fronts.together
-        self._widest = int((named["tall"] + named["low"]).max(initial=0)) + 2 * pad
+        self._widest += 2 * pad
         children = np.append(fronts.children, 0).astype(np.int64)
         self._keep = (table, blocks, children, fronts.runs, fronts.strips, scalar, storage, inverse,
                       x)
@@ -187,6 +190,36 @@ cdef class SparseSolver(LinearSolver):
             "bundles": fronts.bundles,
         }
 
+    cdef _fill_table(self, table, fronts, block_start):
+        """Sizes, places and ends of lists of all fronts; `use_threads` adds where updates wait."""
+        cdef Front* front = <Front*>writable(table, np.int64)
+        cdef Py_ssize_t ns = len(table) - 1, s
+        cdef const long long* columns = longs(fronts.columns)
+        cdef const long long* below = longs(fronts.below)
+        cdef const long long* tall = longs(fronts.tall)
+        cdef const long long* low = longs(fronts.low)
+        cdef const long long* first = longs(fronts.first)
+        cdef const long long* triangle = longs(fronts.triangle)
+        cdef const long long* panel = longs(fronts.panel)
+        cdef const long long* bundle = longs(fronts.bundle)
+        cdef const long long* blocks = longs(block_start)
+        cdef const long long* children = longs(fronts.child_start)
+        cdef const long long* inside = longs(fronts.run_inside)
+        cdef const long long* runs = longs(fronts.run_start)
+        cdef const long long* strips = longs(fronts.strip_start)
+        self._widest = 0
+        for s in range(ns + 1):
+            front[s].blocks, front[s].children = blocks[s], children[s]
+            front[s].runs, front[s].strips = runs[s], strips[s]
+            if s == ns:
+                break
+            front[s + 1].columns, front[s + 1].below = columns[s], below[s]
+            front[s + 1].tall, front[s + 1].low = tall[s], low[s]
+            front[s + 1].first, front[s + 1].triangle = first[s], triangle[s]
+            front[s + 1].panel, front[s + 1].bundled = panel[s], bundle[s] >= 0
+            front[s + 1].inside = inside[s]
+            self._widest = max(self._widest, tall[s] + low[s])
+
     def use_threads(self, int threads):
         """Set the number of threads of `factor` and `solve`, and allocate a workspace for each."""
         self.threads = threads
@@ -194,8 +227,12 @@ cdef class SparseSolver(LinearSolver):
         cdef int count = max(1, min(threads, stacks.bundles))
         if stacks is self._stacks and count == self._workspace_count:
             return
-        named = self._keep[0].view(FRONT)[1:, 0]
-        named["update"], named["shared"] = stacks.update, stacks.shared
+        cdef Front* front = <Front*>writable(self._keep[0], np.int64)
+        cdef const long long* update = <const long long*>address(stacks.update, np.int64)
+        cdef const unsigned char* shared = <const unsigned char*>address(stacks.shared, np.bool_)
+        cdef Py_ssize_t s
+        for s in range(self._count):
+            front[s + 1].update, front[s + 1].shared = update[s], shared[s]
         waiting = aligned(stacks.shared_extent, self.dtype)
         workspaces = [aligned(stacks.extent + self._widest, self.dtype) for _ in range(count)]
         places = np.array([one.ctypes.data for one in workspaces], dtype=np.uintp)

@@ -8,6 +8,14 @@ be moved when the children are popped.
 
 import numpy as np
 
+from libc.stdint cimport int8_t, int64_t, uint8_t
+
+from arael.runtime.address cimport address, writable
+
+
+cdef int64_t* filled(array) except? NULL:
+    return <int64_t*>writable(array, np.int64)
+
 
 cdef class Stacks:
     """A sequence of fronts and the offsets of their update matrices.
@@ -56,41 +64,61 @@ def place_updates(parents, sizes, bundle, Py_ssize_t bundles, Py_ssize_t pad):
     Stacks
     """
     cdef Stacks found = Stacks()
-    cdef Py_ssize_t ns = len(parents), s, own, waiting = 0
-    cdef long long[::1] parent = parents
-    cdef long long[::1] size = np.ascontiguousarray(sizes, dtype=np.int64)
-    # By bundle; the fronts above are the last.
-    group = np.where(bundle >= 0, bundle, bundles)
-    cdef long long[::1] of = np.ascontiguousarray(group, dtype=np.int64)
-    parities = np.zeros(ns, dtype=np.int8)
-    updates, apart = np.zeros(ns, dtype=np.int64), np.zeros(ns, dtype=np.bool_)
-    cdef signed char[::1] parity = parities
-    cdef long long[::1] update = updates
-    cdef unsigned char[::1] shared = apart.view(np.uint8)
-    tops, peaks = np.zeros((bundles + 1, 2), dtype=np.int64), np.zeros((bundles + 1, 2), np.int64)
-    cdef long long[:, ::1] top = tops, peak = peaks
-    # Scalars that the children of each front have on the other stack of its bundle.
-    cdef long long[::1] below = np.zeros(ns, dtype=np.int64)
-    for s in range(ns - 1, -1, -1):
-        parity[s] = 0 if parent[s] < 0 else 1 - parity[parent[s]]
-    for s in range(ns):
-        own = of[s]
-        if parent[s] >= 0 and of[parent[s]] != own:
-            shared[s] = True
-            update[s] = waiting
-            waiting += size[s]
-        else:
-            update[s] = top[own, parity[s]]
-            top[own, parity[s]] += size[s]
-            peak[own, parity[s]] = max(peak[own, parity[s]], top[own, parity[s]])
-            if parent[s] >= 0:
-                below[parent[s]] += size[s]
-        top[own, 1 - parity[s]] -= below[s]
-    peaks = -(-peaks // pad) * pad
-    updates += np.where(apart | (parities == 0), 0, peaks[group, 0])
+    cdef Py_ssize_t ns = len(parents), s, own, b
+    cdef const int64_t* parent = <const int64_t*>address(parents, np.int64)
+    cdef const int64_t* size = <const int64_t*>address(sizes, np.int64, ns)
+    cdef const int64_t* bundle_of = <const int64_t*>address(bundle, np.int64, ns)
     found.bundles = bundles
-    found.sequence = np.argsort(group, kind="stable").astype(np.int64)
-    found.ends = np.searchsorted(np.sort(group), np.arange(bundles + 2)).astype(np.int64)
-    found.update, found.shared = updates, apart
-    found.extent, found.shared_extent = int(peaks.sum(axis=1).max()), int(waiting)
+    found.sequence, found.update = np.empty(ns, dtype=np.int64), np.empty(ns, dtype=np.int64)
+    found.shared, found.ends = np.zeros(ns, dtype=np.bool_), np.zeros(bundles + 2, dtype=np.int64)
+    # Of each bundle and of the fronts above: the tops of both stacks, and the most of each.
+    heights, belows = np.zeros(4 * (bundles + 1), dtype=np.int64), np.zeros(ns, dtype=np.int64)
+    parities = np.empty(ns, dtype=np.int8)
+    cdef int64_t* sequence = filled(found.sequence)
+    cdef int64_t* update = filled(found.update)
+    cdef uint8_t* shared = <uint8_t*>writable(found.shared, np.bool_)
+    cdef int64_t* ends = filled(found.ends)
+    cdef int64_t* top = filled(heights)
+    cdef int64_t* peak = top + 2 * (bundles + 1)
+    # Scalars that the children of each front have on the other stack of its bundle.
+    cdef int64_t* below = filled(belows)
+    cdef int8_t* parity = <int8_t*>writable(parities, np.int8)
+    cdef int64_t waiting = 0, extent = 0, at
+    with nogil:
+        for s in range(ns - 1, -1, -1):
+            parity[s] = 0 if parent[s] < 0 else 1 - parity[parent[s]]
+        for s in range(ns):
+            own = group_of(bundle_of[s], bundles)
+            ends[own + 1] += 1
+            if parent[s] >= 0 and group_of(bundle_of[parent[s]], bundles) != own:
+                shared[s] = True
+                update[s] = waiting
+                waiting += size[s]
+            else:
+                at = 2 * own + parity[s]
+                update[s] = top[at]
+                top[at] += size[s]
+                peak[at] = max(peak[at], top[at])
+                if parent[s] >= 0:
+                    below[parent[s]] += size[s]
+            top[2 * own + 1 - parity[s]] -= below[s]
+        for b in range(bundles + 1):
+            for s in range(2 * b, 2 * b + 2):
+                peak[s] = (peak[s] + pad - 1) // pad * pad
+            extent = max(extent, peak[2 * b] + peak[2 * b + 1])
+            top[b] = ends[b]                # where the next front of a bundle goes
+            ends[b + 1] += ends[b]
+        # The second stack is above the first.
+        for s in range(ns):
+            own = group_of(bundle_of[s], bundles)
+            if parity[s] and not shared[s]:
+                update[s] += peak[2 * own]
+            sequence[top[own]] = s
+            top[own] += 1
+    found.extent, found.shared_extent = extent, waiting
     return found
+
+
+cdef inline Py_ssize_t group_of(int64_t bundle, Py_ssize_t bundles) noexcept nogil:
+    """Number of a bundle; the fronts above all bundles are the last."""
+    return bundle if bundle >= 0 else bundles

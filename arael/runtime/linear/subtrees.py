@@ -27,6 +27,11 @@ GRAIN = 500_000.0
 BUNDLE = 1 / 16
 
 
+def worth_bundling(count: int, total: float) -> bool:
+    """Whether so many fronts of so much cost in all can make two bundles."""
+    return total >= 2 * GRAIN and count >= 3
+
+
 def bundle_subtrees(parent: Ints, cost: Floats, alone: NDArray[np.bool_]) -> tuple[Ints, int]:
     """Bundle of each front, -1 for the top, and the number of bundles, the most expensive first.
 
@@ -41,7 +46,7 @@ def bundle_subtrees(parent: Ints, cost: Floats, alone: NDArray[np.bool_]) -> tup
     """
     total = float(cost.sum())
     none = np.full(len(parent), -1, dtype=np.int64), 0
-    if total < 2 * GRAIN or len(parent) < 3:
+    if not worth_bundling(len(parent), total):
         return none
     roots = _open(parent, np.where(alone, np.inf, cost), FRACTION * total)
     limit = max(BUNDLE * total, GRAIN)

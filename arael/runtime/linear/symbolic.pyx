@@ -9,11 +9,11 @@ import numpy as np
 from libc.stdint cimport int64_t
 
 from arael.runtime.address cimport address, writable
+from arael.runtime.linear.lead cimport led
 
 
 cdef enum:
     HALF = 24       # bits of a height or a width in a table of blocks
-    TALL = 16       # as in `memory.leading`
 
 
 cdef const int64_t* ints(array) except? NULL:
@@ -55,14 +55,6 @@ def adjacency(pattern):
                 to[start[row[k] + 1]] = column
                 start[row[k] + 1] += 1
     return starts[:nb + 1], neighbours
-
-
-cdef inline int64_t led(int64_t rows, int64_t pad) noexcept nogil:
-    """As `memory.leading`."""
-    cdef int64_t lines = (rows + pad - 1) // pad
-    if lines > TALL and lines % 2 == 0:
-        lines += 1
-    return lines * pad
 
 
 def place_blocks(pattern, supernodes, fronts, Py_ssize_t pad):
