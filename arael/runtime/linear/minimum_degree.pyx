@@ -11,6 +11,10 @@ merged into supervariables. Here a vertex is an entity with its number of scalar
 
 import numpy as np
 
+from libc.math cimport sqrt
+from libc.stdint cimport int64_t
+
+from arael.runtime.address cimport address, writable
 from arael.runtime.interruption cimport Interruption
 
 from arael.runtime.interruption import InterruptedWork
@@ -30,42 +34,68 @@ cdef class _Graph:
     variables; an element lists its variables.
     """
 
+    cdef object numbers, counters           # the storage of all that follows
     cdef Py_ssize_t n, free, capacity
-    cdef int[::1] at, length, elements, weight, degree, kind
-    cdef Py_ssize_t[::1] start
-    cdef int[::1] head, tail, after, before     # doubly linked queues by degree
+    cdef int* at
+    cdef int* length
+    cdef int* elements
+    cdef int* weight
+    cdef int* degree
+    cdef int* kind
+    cdef int64_t* start
+    cdef int* head                          # doubly linked queues by degree
+    cdef int* tail
+    cdef int* after
+    cdef int* before
     cdef int lightest
-    cdef long long[::1] mark                # of an element: outside weight, offset by `stamp`
-    cdef long long stamp
-    cdef int[::1] merged                    # supervariable or element that absorbed it, or -1
-    cdef int[::1] bucket, chain, code    # hash lists of the new element's variables
+    cdef int64_t* mark                      # of an element: outside weight, offset by `stamp`
+    cdef int64_t stamp
+    cdef int* merged                        # supervariable or element that absorbed it, or -1
+    cdef int* bucket                        # hash lists of the new element's variables
+    cdef int* chain
+    cdef int* code
+    cdef int* sequence                      # pivots
 
-    def __init__(self, start, neighbours, weights):
-        n = len(weights)
-        edges = len(neighbours)
-        self.n = n
-        self.start = np.array(start, dtype=np.intp)
-        self.length = np.diff(start).astype(np.intc)
-        self.at = np.empty(edges + edges // 4 + 2 * n + 1, dtype=np.intc)
-        self.capacity = len(self.at)
-        np.asarray(self.at)[:edges] = neighbours
-        self.free = edges
-        self.weight = np.array(weights, dtype=np.intc)
-        self.elements = np.zeros(n, dtype=np.intc)
-        self.kind = np.zeros(n, dtype=np.intc)
-        self.merged = np.full(n, -1, dtype=np.intc)
-        self.mark = np.zeros(n, dtype=np.int64)
-        self.stamp = 1
-        total = int(np.sum(weights))
-        self.head = np.full(total + 1, -1, dtype=np.intc)
-        self.tail = np.full(total + 1, -1, dtype=np.intc)
-        self.after = np.full(n, -1, dtype=np.intc)
-        self.before = np.full(n, -1, dtype=np.intc)
-        self.degree = np.zeros(n, dtype=np.intc)
-        self.bucket = np.full(n, -1, dtype=np.intc)
-        self.chain = np.full(n, -1, dtype=np.intc)
-        self.code = np.zeros(n, dtype=np.intc)
-        self.lightest = 0
+    def __init__(self, starts, neighbours, weights):
+        cdef Py_ssize_t n = len(weights), edges = len(neighbours), v
+        cdef const int64_t* start = <const int64_t*>address(starts, np.int64, n + 1)
+        cdef const int64_t* neighbour = <const int64_t*>address(neighbours, np.int64)
+        cdef const int64_t* weight = <const int64_t*>address(weights, np.int64)
+        cdef int64_t total = 0
+        for v in range(n):
+            total += weight[v]
+        self.n, self.free, self.stamp, self.lightest = n, edges, 1, 0
+        self.capacity = edges + edges // 4 + 2 * n + 1
+        self.numbers = np.empty(self.capacity + 12 * n + 2 * (total + 1), dtype=np.intc)
+        self.counters = np.empty(2 * n, dtype=np.int64)
+        self.start = <int64_t*>writable(self.counters, np.int64)
+        self.mark = self.start + n
+        self.at = <int*>writable(self.numbers, np.intc)
+        self.length = self.at + self.capacity
+        self.elements = self.length + n
+        self.weight = self.elements + n
+        self.degree = self.weight + n
+        self.kind = self.degree + n
+        self.after = self.kind + n
+        self.before = self.after + n
+        self.merged = self.before + n
+        self.bucket = self.merged + n
+        self.chain = self.bucket + n
+        self.code = self.chain + n
+        self.head = self.code + n
+        self.tail = self.head + total + 1
+        self.sequence = self.tail + total + 1
+        for v in range(edges):
+            self.at[v] = <int>neighbour[v]
+        for v in range(n):
+            self.start[v], self.length[v] = start[v], <int>(start[v + 1] - start[v])
+            self.weight[v] = <int>weight[v]
+            self.elements[v] = self.kind[v] = self.degree[v] = self.code[v] = 0
+            self.merged[v] = self.after[v] = self.before[v] = -1
+            self.bucket[v] = self.chain[v] = -1
+            self.mark[v] = 0
+        for v in range(total + 1):
+            self.head[v] = self.tail[v] = -1
 
     cdef inline void unlink(self, int v) noexcept nogil:
         cdef int p = self.before[v], s = self.after[v]
@@ -148,46 +178,72 @@ def minimum_degree(
     cdef Py_ssize_t n = len(weights)
     if n == staying:
         return np.zeros(0, dtype=np.int64)
-    cdef _Graph g = _Graph(start, neighbours, weights)
-    pivots = np.empty(n, dtype=np.intc)
-    cdef int[::1] sequence = pivots
+    cdef _Graph g = _Graph(
+        *(np.ascontiguousarray(one, dtype=np.int64) for one in (start, neighbours, weights))
+    )
     cdef Py_ssize_t count
     cdef Interruption stop = interruption if interruption is not None else Interruption()
     # A vertex coupled with nearly all others (a global offset, a calibration) only slows down.
-    cdef int dense = <int>max(16.0, 10 * np.sqrt(n))
+    cdef int dense = <int>max(16.0, 10 * sqrt(n))
+    found = np.empty(n, dtype=np.int64)
+    cdef int64_t* order = <int64_t*>writable(found, np.int64)
     with nogil:
-        count = _eliminate(g, sequence, dense, n - staying, stop)
+        count = _eliminate(g, dense, n - staying, stop)
+        if count >= 0:
+            count = _expand(g, count, n - staying, order)
     if count < 0:
         raise InterruptedWork
-    order = _expand(np.asarray(g.merged), pivots[:count], np.asarray(g.kind))
-    return order[order < n - staying]
+    return found if count == n else found[:count].copy()
 
 
-def _expand(merged, pivots, kind):
-    """Put each merged vertex right before the pivot it was eliminated with."""
-    n = len(merged)
-    root = np.where(merged < 0, np.arange(n), merged)
-    while True:
-        further = root[root]
-        if (further == root).all():
-            break
-        root = further
-    rank = np.full(n, len(pivots), dtype=np.int64)
-    rank[pivots] = np.arange(len(pivots))
-    key = np.where(kind == DENSE, len(pivots), rank[root])
-    return np.argsort(key, kind="stable").astype(np.int64)
+cdef Py_ssize_t _expand(
+    _Graph g, Py_ssize_t pivots, Py_ssize_t stay, int64_t* order
+) noexcept nogil:
+    """Order with each merged vertex right before the pivot it was eliminated with, dense ones last.
+
+    Returns the number of vertices in it, those before `stay`.
+    """
+    cdef Py_ssize_t n = g.n, v, k, count = 0
+    cdef int* rank = g.code
+    cdef int* place = g.head                # pivots + 2: with what follows it is long enough
+    cdef int root, link, above
+    for v in range(n):
+        rank[v] = <int>pivots
+    for k in range(pivots):
+        rank[g.sequence[k]] = <int>k
+    for v in range(n):  # a vertex is merged into the root of its chain
+        root = <int>v
+        while g.merged[root] >= 0:
+            root = g.merged[root]
+        link = <int>v
+        while g.merged[link] >= 0:  # those after it find the root at once
+            above = g.merged[link]
+            g.merged[link] = root
+            link = above
+        g.chain[v] = <int>pivots if g.kind[v] == DENSE else rank[root]
+    for k in range(pivots + 2):
+        place[k] = 0
+    for v in range(stay):
+        place[g.chain[v] + 1] += 1
+    for k in range(pivots + 1):
+        place[k + 1] += place[k]
+    for v in range(stay):
+        order[place[g.chain[v]]] = v
+        place[g.chain[v]] += 1
+        count += 1
+    return count
 
 
 cdef Py_ssize_t _eliminate(
-    _Graph g, int[::1] sequence, int dense, Py_ssize_t stay, Interruption stop
+    _Graph g, int dense, Py_ssize_t stay, Interruption stop
 ) noexcept nogil:
-    """Eliminate all vertices before `stay`; pivots go to `sequence`, their number is returned.
+    """Eliminate all vertices before `stay`; their number is returned.
 
     -1 if it is broken off.
     """
     cdef Py_ssize_t count = 0
     cdef int v, pivot, gone, all_left = _prepare(g, dense, stay), left = all_left
-    cdef long long total = left
+    cdef int64_t total = left
     for v in range(stay, g.n):
         if g.kind[v] == STAYING:
             left -= g.weight[v]
@@ -198,7 +254,7 @@ cdef Py_ssize_t _eliminate(
             g.lightest += 1
         pivot = g.head[g.lightest]
         g.unlink(pivot)
-        sequence[count] = pivot
+        g.sequence[count] = pivot
         count += 1
         left -= g.weight[pivot]
         all_left -= g.weight[pivot]
