@@ -6,6 +6,7 @@ import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.assembly.pattern import BlockPattern
+from arael.runtime.linear.symbolic import reach_of
 
 
 def half_bandwidth(
@@ -41,6 +42,8 @@ def half_bandwidth(
                     origin="solver options",
                 )
             )
+    if scalars is None and blocks is None:
+        return reach_of(pattern)
     columns = np.repeat(np.arange(pattern.block_count), np.diff(pattern.column_start))
     offsets = pattern.offsets
     reach = offsets[pattern.rows + 1] - 1 - offsets[columns]

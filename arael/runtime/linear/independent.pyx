@@ -1,17 +1,19 @@
-# cython: language_level=3, boundscheck=False, cdivision=True
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Choice of an independent set of entities to eliminate first."""
 
 import numpy as np
 
-cimport cython
+from libc.stdint cimport int64_t, uint8_t
+
+from arael.runtime.address cimport address, writable
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.linear.symbolic import adjacency
 
 # An entity with more couplings than this multiple of the average would fill the reduced system and
 # is kept; entities with few couplings are always eliminated.
-_HUB = 10
-_FEW = 64
+cdef double HUB = 10
+cdef double FEW = 64
 
 
 def independent_set(pattern):
@@ -30,17 +32,36 @@ def independent_set(pattern):
     -------
     (nb,) bool
     """
-    nb = pattern.block_count
-    sizes = np.asarray(pattern.sizes)
-    start, neighbours = adjacency(pattern)
-    degree = np.diff(start)
-    often = max(_FEW, _HUB * (len(neighbours) / max(nb, 1)))
-    usable = (sizes > 0) & (degree <= often)
-    for size in np.flatnonzero(np.bincount(sizes, minlength=1) * 2 >= max(nb, 1)):
-        kind = (sizes == size) & usable
-        if size > 0 and kind.sum() * 2 >= nb and not _coupled(nb, start, neighbours, kind):
-            return kind
-    return _greedy(nb, start, neighbours, sizes, usable)
+    cdef Py_ssize_t nb = pattern.block_count, v, count, most = 0
+    sizes = pattern.sizes
+    starts, neighbours = adjacency(pattern)
+    cdef const int64_t* start = <const int64_t*>address(starts, np.int64)
+    cdef const int64_t* other = <const int64_t*>address(neighbours, np.int64)
+    cdef const int64_t* size = <const int64_t*>address(sizes, np.int64)
+    cdef double often = max(FEW, HUB * (start[nb] / <double>max(nb, 1)))
+    usable, taken = np.empty(nb, dtype=np.bool_), np.empty(nb, dtype=np.bool_)
+    cdef uint8_t* can = <uint8_t*>writable(usable, np.bool_)
+    cdef uint8_t* found = <uint8_t*>writable(taken, np.bool_)
+    for v in range(nb):
+        can[v] = size[v] > 0 and start[v + 1] - start[v] <= often
+        most = max(most, size[v])
+    # Sizes that half of all entities have: two at most.
+    counts = np.zeros(most + 1, dtype=np.int64)
+    cdef int64_t* times = <int64_t*>writable(counts, np.int64)
+    cdef Py_ssize_t one
+    for v in range(nb):
+        times[size[v]] += 1
+    for one in range(1, most + 1):
+        if 2 * times[one] < nb:
+            continue
+        count = 0
+        for v in range(nb):
+            found[v] = can[v] and size[v] == one
+            count += found[v]
+        if 2 * count >= nb and not coupled(nb, start, other, found):
+            return taken
+    greedy(nb, start, other, size, can, found)
+    return taken
 
 
 def named_set(pattern, blocks):
@@ -101,11 +122,10 @@ def _couplings(pattern):
     return columns[off], pattern.rows[off]
 
 
-@cython.wraparound(False)
-def _coupled(Py_ssize_t nb, starts, neighbours, chosen):
+cdef bint coupled(
+    Py_ssize_t nb, const int64_t* start, const int64_t* other, const uint8_t* inside
+) noexcept nogil:
     """Whether two of the chosen entities are coupled."""
-    cdef const long long[::1] start = starts, other = neighbours
-    cdef const unsigned char[::1] inside = chosen.view(np.uint8)
     cdef Py_ssize_t v, k
     for v in range(nb):
         if inside[v]:
@@ -115,26 +135,39 @@ def _coupled(Py_ssize_t nb, starts, neighbours, chosen):
     return False
 
 
-@cython.wraparound(False)
-def _greedy(Py_ssize_t nb, starts, neighbours, sizes, usable):
+cdef greedy(
+    Py_ssize_t nb,
+    const int64_t* start,
+    const int64_t* other,
+    const int64_t* size,
+    const uint8_t* usable,
+    uint8_t* taken,
+):
     """Take entities in order of the scalars they are coupled with, if no neighbour is taken."""
-    cdef const long long[::1] start = starts, other = neighbours, size = sizes
-    cdef Py_ssize_t i, v, k
-    coupled = np.zeros(nb, dtype=np.int64)
-    cdef long long[::1] around = coupled
+    cdef Py_ssize_t i, v, k, most = 0
+    numbers = np.empty(2 * nb, dtype=np.int64)
+    cdef int64_t* around = <int64_t*>writable(numbers, np.int64)
+    cdef int64_t* order = around + nb
     for v in range(nb):
+        around[v] = 0
+        taken[v] = False
         for k in range(start[v], start[v + 1]):
             around[v] += size[other[k]]
-    order_array = np.argsort(coupled, kind="stable").astype(np.int64)
-    # 1 taken, 2 coupled with a taken one or not usable.
-    state_array = np.append(np.where(usable, 0, 2), 0).astype(np.int8)
-    cdef long long[::1] order = order_array
-    cdef signed char[::1] state = state_array
+        most = max(most, around[v])
+    counts, marks = np.zeros(most + 2, dtype=np.int64), np.empty(nb, dtype=np.bool_)
+    cdef int64_t* place = <int64_t*>writable(counts, np.int64)
+    cdef uint8_t* closed = <uint8_t*>writable(marks, np.bool_)
+    for v in range(nb):
+        place[around[v] + 1] += 1
+        closed[v] = not usable[v]
+    for i in range(most + 1):
+        place[i + 1] += place[i]
+    for v in range(nb):
+        order[place[around[v]]] = v
+        place[around[v]] += 1
     for i in range(nb):
         v = order[i]
-        if state[v]:
-            continue
-        state[v] = 1
-        for k in range(start[v], start[v + 1]):
-            state[other[k]] = 2
-    return state_array[:nb] == 1
+        if not closed[v]:
+            taken[v] = closed[v] = True
+            for k in range(start[v], start[v + 1]):
+                closed[other[k]] = True

@@ -57,6 +57,21 @@ def adjacency(pattern):
     return starts[:nb + 1], neighbours
 
 
+def reach_of(pattern):
+    """Largest distance of an entry below the diagonal, in scalars."""
+    cdef Py_ssize_t nb = len(pattern.sizes), column, k
+    cdef const int64_t* begin = ints(pattern.column_start)
+    cdef const int64_t* row = ints(pattern.rows)
+    cdef const int64_t* offset = ints(pattern.offsets)
+    cdef int64_t most = 0
+    for column in range(nb):
+        # Rows ascend within a column; the diagonal block, which may be empty, is the first.
+        k = begin[column + 1] - 1
+        if k >= begin[column]:
+            most = max(most, offset[row[k] + 1] - 1 - offset[column])
+    return most
+
+
 def place_blocks(pattern, supernodes, fronts, Py_ssize_t pad):
     """Offsets of the blocks of a matrix in the storage of its multifrontal factor.
 
