@@ -25,8 +25,10 @@ last pass, which is the whole problem).
   solve: start values (initialisation), numbering of the unknowns, block pattern, ordering, symbolic
   analysis, steps and end, for every system. Nothing that a solve computed is kept for the next;
   imports and first allocations do not count, for no system. Every system reads the same clock, the
-  processor's, at each attempt and at the end; `by the clock` includes what other processes of the
-  machine took meanwhile. Times are medians of all runs in two rounds by turns.
+  processor's, at the end, and the peers at each attempt; when an attempt of arael ended follows
+  from the seconds it records itself, as a callback in Python takes as long as a small step. `by the
+  clock` includes what other processes of the machine took meanwhile. Times are medians of all runs
+  in two rounds by turns.
 - **Set-up** is apart: to read the file and to build the problem in the system, where peers add
   their factors, edges or residual blocks and arael lays out the rows of its tables for the kernels
   (`model.prepare(analyse=False)`). As that call also numbers the unknowns and computes block

@@ -80,27 +80,24 @@ class Arael:
         added in their solve. `build` has done so; it is done again here, so that the clock holds
         it.
 
-        An observer notes the processor's time after each attempt, as callbacks of the peers do. The
-        result's own seconds are those of the clock, which on a busy machine run while others work.
+        When each attempt ended follows from the seconds that the solve records of it: a callback
+        in Python takes as long as a step of the smallest problems, those of the peers are native.
+        What comes before the first attempt and after the last is counted as before.
         """
         order_again(self.instance)
         words = ""
         if way == "default" and can_initialise(self.instance):
             words = f", start {arael.initialise(self.instance).chosen}"
-        started = time.process_time()
-        ended: list[float] = []
         result = self.instance.solve(
-            passes=self.kind.last_pass,
-            max_iters=limit,
-            num_threads=self.threads,
-            observer=lambda record: ended.append(time.process_time()),
+            passes=self.kind.last_pass, max_iters=limit, num_threads=self.threads
         )
         history = result.history
-        first = ended[0] - float(history["seconds"][0]) if ended else started
+        ends = np.cumsum([0.0, *history["seconds"]])
+        first = time.process_time() - path.began - ends[-1]
         costs = np.where(history["accepted"], history["trial_cost"], history["cost"])
         path.costs = [result.start_cost, *costs.tolist()]
         path.counts = list(range(len(path.costs)))
-        path.times = [at - path.began for at in (max(started, first), *ended)]
+        path.times = (first + ends).tolist()
         return f"{result.status}{words}, {result.plan['solver']}"
 
     def answer(self) -> dict[str, np.ndarray]:
