@@ -32,7 +32,7 @@ from arael.runtime.parallel.pool cimport claim, distribute, release
 from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.fronts import plan_fronts
-from arael.runtime.linear.memory import aligned, leading
+from arael.runtime.linear.memory import aligned
 from arael.runtime.linear.symbolic import place_blocks
 from arael.runtime.records import check_record, probe_of
 
