@@ -82,7 +82,8 @@ class Arael:
 
         When each attempt ended follows from the seconds that the solve records of it: a callback
         in Python takes as long as a step of the smallest problems, those of the peers are native.
-        What comes before the first attempt and after the last is counted as before.
+        What comes before the first attempt and after the last is counted as before. Those seconds
+        are of the clock; they count for no more than the processor took.
         """
         order_again(self.instance)
         words = ""
@@ -93,11 +94,12 @@ class Arael:
         )
         history = result.history
         ends = np.cumsum([0.0, *history["seconds"]])
-        first = time.process_time() - path.began - ends[-1]
+        spent = time.process_time() - path.began
+        ends *= min(1.0, spent / ends[-1]) if ends[-1] > 0 else 1.0
         costs = np.where(history["accepted"], history["trial_cost"], history["cost"])
         path.costs = [result.start_cost, *costs.tolist()]
         path.counts = list(range(len(path.costs)))
-        path.times = (first + ends).tolist()
+        path.times = (spent - ends[-1] + ends).tolist()
         return f"{result.status}{words}, {result.plan['solver']}"
 
     def answer(self) -> dict[str, np.ndarray]:

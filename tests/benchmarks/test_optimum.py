@@ -6,7 +6,6 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -238,17 +237,22 @@ def test_the_demo_is_run_over_seeds() -> None:
     assert landmark < 0.03
 
 
-def test_the_times_of_attempts_are_those_of_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Waits:
-        """An instance whose solve works, shows an attempt, and then waits for others."""
+@pytest.mark.parametrize("recorded", [0.0, 0.005, 0.22])
+def test_the_times_of_attempts_are_those_of_the_processor(
+    monkeypatch: pytest.MonkeyPatch, recorded: float
+) -> None:
+    """However long the clock ran while others worked, within an attempt or after it."""
 
-        def solve(self, observer: Callable[[Any], object], **settings: object) -> Any:
+    class Waits:
+        """An instance whose solve works, makes an attempt, and waits for others."""
+
+        def solve(self, **settings: object) -> Any:
             began = time.process_time()
             while time.process_time() - began < 0.02:
                 pass
             history = np.zeros(1, dtype=RECORD)
             history["cost"], history["trial_cost"], history["accepted"] = 3.0, 2.0, True
-            observer(history[0])
+            history["seconds"] = recorded
             time.sleep(0.2)
             plan = {"solver": "dense"}
             return SimpleNamespace(history=history, start_cost=3.0, status="converged", plan=plan)
@@ -260,8 +264,9 @@ def test_the_times_of_attempts_are_those_of_the_processor(monkeypatch: pytest.Mo
     assert system.solve("default", path, 10) == "converged, dense"
     spent = time.process_time() - path.began
     assert (path.costs, path.counts) == ([3.0, 2.0], [0, 1])
-    # Scaled from the clock's time it would be an eleventh of that.
-    assert 0.5 * spent < path.times[1] <= spent
+    begun, ended = path.times
+    assert 0.5 * spent < ended <= spent
+    assert ended - begun == pytest.approx(min(recorded, ended))
 
 
 @pytest.mark.parametrize("way", ["default", "file"])
