@@ -51,6 +51,8 @@ def test_the_whole_language_keeps_its_layout() -> None:
             "struct A { fixed f.x, g; fixed: real }\n",
         ),
         ("const a = b[ 0:3 ]+M[1 , : ]+M[ :,2][:]", "const a = b[0:3] + M[1, :] + M[:, 2][:]\n"),
+        # `1.b` would be a malformed number
+        ("const a = 1 . b + 2.5 . c . d", "const a = 1 .b + 2.5 .c.d\n"),
         ("const a = [[1,2],[ 3,4]]", "const a = [[1, 2], [3, 4]]\n"),
         ("const g=9.81[m / s^2]*( 2 [ s ] )", "const g = 9.81 [m/s^2] * (2 [s])\n"),
         ("const a = if(x)then(y)else(z)", "const a = if (x) then (y) else (z)\n"),

@@ -57,6 +57,8 @@ class Spacing:
 
     def _apart(self, before: Token, token: Token) -> bool:
         kind, last = token.type, before.type
+        if kind == "DOT" and last == "NUMBER":
+            return True  # `1.a` is not a number
         if kind in _TIGHT_BEFORE or last in _TIGHT_AFTER:
             return False
         if before.start in self._facts.slices:
