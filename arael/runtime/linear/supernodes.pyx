@@ -166,7 +166,7 @@ cdef Py_ssize_t merged(
         weight[i] = graph.weights[order[i]]
     find_counts(n, graph.start, graph.neighbours, order, at, up, weight, counts, below, free + n)
     # First columns of runs in which each has the rows of the next and the next itself.
-    cdef int64_t* first = at                # n + 1: the next array is read once before it ends
+    cdef int64_t* first = at                # positions are not needed any more
     cdef int64_t* node_of = owner
     cdef int64_t* head = free + n
     cdef int64_t* sibling = head + n

@@ -1,8 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 """Elimination tree of a block pattern in a given order: parents, postorder, column counts.
 
-The passes work on arrays of the caller, so that a symbolic factorisation allocates once; functions
-of the same names with NumPy arrays are for tests and for what is not done for each pattern.
+The passes (`find_parents` and so on) work on memory of the caller, so that a symbolic factorisation
+allocates once. `elimination_tree`, `postorder` and `column_counts` do the same with NumPy arrays.
 """
 
 import numpy as np
