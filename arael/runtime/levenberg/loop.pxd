@@ -18,6 +18,7 @@ cdef class Minimiser(Attempt):
 
     cdef void _run(self) noexcept nogil
     cdef void _start_components(self) noexcept nogil
+    cdef void _start_at_costs(self) noexcept nogil
     cdef void _linearise(self) noexcept nogil
     cdef void _take_updated_costs(self) noexcept nogil
     cdef void _begin_components(self) noexcept nogil

@@ -150,20 +150,25 @@ cdef class Minimiser(Attempt):
         self._finish()
 
     cdef void _start_components(self) noexcept nogil:
-        """Costs of the start."""
-        cdef Py_ssize_t k
+        """Costs of the start; a problem that is solved as one has it of the first linearisation."""
+        if self.lanes is None:
+            return
         self.evaluation.guard()
         self._take_costs(self.evaluation.states.current)
-        if self.lanes is not None:
-            self._settled = self._sums[self._count]
-            self._marks[self._count] = False
-            if self._settled != 0:
-                self.lanes.choose(self._marks)
+        self._settled = self._sums[self._count]
+        self._marks[self._count] = False
+        if self._settled != 0:
+            self.lanes.choose(self._marks)
+        self._start_at_costs()
+        self._lap(COST)
+
+    cdef void _start_at_costs(self) noexcept nogil:
+        """Begin with the costs in the sums."""
+        cdef Py_ssize_t k
         for k in range(self._count):
             self._components[k].cost = self._components[k].start_cost = self._sums[k]
         self._measure()
         self.start_cost = self.current_cost
-        self._lap(COST)
 
     cdef void _linearise(self) noexcept nogil:
         """Gradient, blocks and diagonal at the accepted state."""
@@ -172,7 +177,10 @@ cdef class Minimiser(Attempt):
         self._mark = seconds()
         cost = self.evaluation.linearise(
             self.vectors.gradient, self.vectors.values, self.lanes)
-        if s.guarded and not s.by_promise:
+        if self._now.iteration == 0 and self.lanes is None:
+            self._sums[0] = cost
+            self._start_at_costs()
+        elif s.guarded and not s.by_promise:
             # Other instances may act than those the step was judged by.
             self._components[0].cost = self.current_cost = cost
         if self.evaluation.updating:

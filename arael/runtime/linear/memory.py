@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import accumulate
+
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
+
+from arael.runtime.store.rearranged import aligned_empty
 
 Ints = NDArray[np.int64]
 
@@ -20,6 +25,18 @@ def aligned(count: int, dtype: DTypeLike) -> NDArray[np.generic]:
     skip = -raw.__array_interface__["data"][0] % LINE
     slack = LINE // size
     return raw[skip : skip + (count + slack) * size].view(dtype)
+
+
+def aligned_parts(counts: Sequence[int], dtype: DTypeLike) -> list[NDArray[np.generic]]:
+    """Arrays of undefined content, each as of `aligned`, in one piece of memory.
+
+    For what is written before it is read: to empty a megabyte takes as long as to factorise it.
+    """
+    kind = np.dtype(dtype)
+    slack = LINE // kind.itemsize
+    ends = [0, *accumulate(-(-count // slack) * slack + slack for count in counts)]
+    raw = aligned_empty((ends[-1],), kind)
+    return [raw[begin : begin + count + slack] for begin, count in zip(ends, counts, strict=False)]
 
 
 def leading(rows: Ints | int, pad: int) -> Ints | int:

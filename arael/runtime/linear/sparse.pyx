@@ -32,7 +32,7 @@ from arael.runtime.parallel.pool cimport claim, distribute, release
 from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.fronts import plan_fronts
-from arael.runtime.linear.memory import aligned
+from arael.runtime.linear.memory import aligned_parts
 from arael.runtime.linear.symbolic import place_blocks
 from arael.runtime.records import check_record, probe_of
 
@@ -161,9 +161,8 @@ cdef class SparseSolver(LinearSolver):
         scalar = np.empty(self.n, dtype=np.int64)
         self._fill_table(table, fronts, block_start)
         order_scalars(pattern, nodes.order, scalar)
-        storage = aligned(fronts.storage, self.dtype)
-        inverse = aligned(self.n, self.dtype)
-        x = aligned(self.n, self.dtype)
+        # Each factorisation empties a front before it is assembled.
+        storage, inverse, x = aligned_parts((fronts.storage, self.n, self.n), self.dtype)
         self._alone, self._together = fronts.alone, fronts.together
         self._widest += 2 * pad
         children = np.append(fronts.children, 0).astype(np.int64)
@@ -233,9 +232,9 @@ cdef class SparseSolver(LinearSolver):
         cdef Py_ssize_t s
         for s in range(self._count):
             front[s + 1].update, front[s + 1].shared = update[s], shared[s]
-        waiting = aligned(stacks.shared_extent, self.dtype)
-        workspaces = [aligned(stacks.extent + self._widest, self.dtype) for _ in range(count)]
-        places = np.array([one.ctypes.data for one in workspaces], dtype=np.uintp)
+        extents = (stacks.shared_extent, *[stacks.extent + self._widest] * count)
+        waiting, *workspaces = aligned_parts(extents, self.dtype)
+        places = np.zeros(count, dtype=np.uintp)
         busy = np.zeros(count, dtype=np.intc)
         sequence = 1 + stacks.sequence
         failures = np.zeros((2, stacks.bundles + 1), dtype=np.int64)
@@ -243,6 +242,8 @@ cdef class SparseSolver(LinearSolver):
         self._workspace_count, self._bundles, self._behind = count, stacks.bundles, stacks.extent
         self._waiting = writable(waiting, self.dtype)
         self._workspaces = <void**>writable(places, np.uintp, count)
+        for s in range(count):
+            self._workspaces[s] = writable(workspaces[s], self.dtype)
         self._busy = <int*>writable(busy, np.intc, count)
         self._ends = <const long long*>address(stacks.ends, np.int64)
         self._sequence = <const long long*>address(sequence, np.int64)
