@@ -34,7 +34,7 @@ def ends_of(table: TableLike, column: Column) -> tuple[Floats | None, Floats | N
         own = table.bound(column.path, end)
         if own is not None:
             found.append(np.asarray(own, dtype=np.float64).reshape(table.size, param.tangent))
-        elif of_layout.count(None) < len(of_layout):
+        elif _some(of_layout):
             found.append(of_model(column, end).reshape(1, param.tangent))
         else:
             found.append(None)
@@ -56,7 +56,10 @@ def bounds_of_scalars(
     table = store.tables[entity.table]
     found = []
     own = store.layout.table(entity.table)
-    ends = [ends_of(table, own.column(use.column)) for use in entity.params]
+    columns = [own.column(use.column) for use in entity.params]
+    if table.bounds_version == () and not any(map(_is_bounded, columns)):
+        return *_all_open(count * entity.tangent), False
+    ends = [ends_of(table, column) for column in columns]
     if all(low is None and high is None for low, high in ends):
         return *_all_open(count * entity.tangent), False
     for end, open_end in enumerate((-np.inf, np.inf)):
@@ -72,6 +75,17 @@ def bounds_of_scalars(
             bounds[~moves[rows]] = open_end
         found.append(bounds.ravel())
     return found[0], found[1], True
+
+
+def _is_bounded(column: Column) -> bool:
+    """Whether the model bounds a parameter."""
+    param = column.param
+    return param is not None and (_some(param.low) or _some(param.high))
+
+
+def _some(ends: Sequence[float | None]) -> bool:
+    """Whether some component has a bound."""
+    return ends.count(None) < len(ends)
 
 
 def _all_open(count: int) -> tuple[Floats, Floats]:

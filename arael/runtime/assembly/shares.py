@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from arael.runtime.assembly.copies import copies_of, no_copies
 from arael.runtime.assembly.couplings import shared_rows
 from arael.runtime.assembly.firsts import plan_firsts
-from arael.runtime.assembly.ordering import in_lanes, order_of
+from arael.runtime.assembly.ordering import order_of
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
 from arael.runtime.layout import Entity, Group
 from arael.runtime.parallel.pool import cores
+from arael.runtime.store.rearranged import spread_all
 
 Ints = NDArray[np.int64]
 
@@ -184,7 +185,7 @@ def plan_shares(
             count //= 2
     # Row, gradient_at, block_at and turn of each group.
     placed = [
-        [in_lanes(array, width, order) for array in arrays]
+        spread_all(arrays, width, order)
         for arrays, width, order in zip(found.placed, widths, still, strict=True)
     ]
     runs_of = [
@@ -227,7 +228,7 @@ def plan_shares(
         ends,
     )
     read_only(*bounds, *(o for o in orders if o is not None))
-    read_only(*(array for lanes in shares.placed for array in lanes))
+    read_only(*runs_of, *first)
     read_only(shares.gradient_sums, shares.value_sums, shares.nowhere, cleared, ends)
     return shares
 

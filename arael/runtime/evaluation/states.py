@@ -12,6 +12,7 @@ from arael.runtime.bounds import keep_inside
 from arael.runtime.layout import Entity, ParamUse
 from arael.runtime.store.access import Array, StoreLike
 from arael.runtime.store.messages import error
+from arael.runtime.store.rearranged import join_columns, split_columns
 from arael.runtime.store.values import convert
 from arael.runtime.system import EntityBlocks, System, row_name
 
@@ -20,9 +21,9 @@ def stored_scalars(store: StoreLike, entity: Entity, dtype: np.dtype[Any]) -> Ar
     """(rows, stored) stored scalars of an entity, from the columns of its table."""
     table = store.tables[entity.table]
     found = np.zeros((table.size, entity.stored), dtype=dtype)
-    for use in entity.params:
-        values = np.asarray(table.column(use.column)).reshape(table.size, use.stored)
-        found[:, use.stored_start : use.stored_start + use.stored] = values
+    uses = entity.params
+    columns = [table.column(use.column) for use in uses]
+    join_columns(columns, [use.stored_start for use in uses], found)
     return found
 
 
@@ -31,15 +32,20 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     keep_inside(system, states)
     for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
+        firsts, counts = [], []
         for use in entity.params:
-            column = table.column(use.column)
-            values = state[: table.size, use.stored_start : use.stored_start + use.stored]
-            values = values.reshape(column.shape)
-            if use.tangent and blocks.every:
-                column[...] = values
-            else:
-                moved = _moved(entity, use, blocks)
-                column[moved] = values[moved]
+            # An update may set what no step moves: what is carried along, and what is fixed.
+            updated = use.column in entity.updated
+            firsts.append(0 if updated else use.tangent_start)
+            counts.append(entity.tangent if updated else use.tangent)
+        split_columns(
+            state,
+            [use.stored_start for use in entity.params],
+            [table.column(use.column) for use in entity.params],
+            None if blocks.every else blocks.free,
+            firsts,
+            counts,
+        )
         table.written()
 
 

@@ -78,16 +78,23 @@ class Columns:
             *self.optimize_new,
             *(f"{path}?" for path in self.optionals if params),
         ]
-        self._fixed_components = [
-            f"{path}.{bounds.COMPONENTS_FIXED}"
-            for path in params
-            if bounds.has_components(self.data[path])
+        self._added_flags = [
+            *(f"{path}{COMPONENTS}" for path in params),
+            *(f"{p}.{bounds.COMPONENTS_FIXED}" for p in params if bounds.has_components(self.data[p])),
         ]
         self._updated = {
             path for e in model.entities if e.table == table.path for path in e.updated
         }
-        self._bounded = [path for path in params if bounds.may_be_bounded(self.data[path])]
+        self._added_bounds = [
+            f"{path}.{end}"
+            for path in params
+            if bounds.may_be_bounded(self.data[path])
+            for end in bounds.ENDS
+        ]
         self._declared = len(self.buffers)  # further columns are added as they are needed
+        self._known = -1  # columns when these were listed
+        self._own_bounds: list[str] = []
+        self._own_flags: list[str] = []
         self._ancestors = {
             path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
             for path in (*self.data, *self.optionals, *(v.path for v in table.values))
@@ -189,10 +196,8 @@ class Columns:
     @property
     def bounds_version(self) -> Any:
         """Differs from what it was whenever bounds of rows do; () while all are of the model."""
-        if len(self.buffers) == self._declared:
-            return ()
-        names = [f"{p}.{end}" for p in self._bounded for end in bounds.ENDS]
-        return tuple(fingerprint(self.buffers.view(n)) for n in names if n in self.buffers)
+        self._list_own()
+        return tuple([fingerprint(self.buffers.view(name)) for name in self._own_bounds])
 
     def flags_of_new(self, column: layout.Column) -> dict[str, Array]:
         """Flags and bounds of new rows of a parameter, by path; each is one value for all."""
@@ -230,13 +235,18 @@ class Columns:
     @property
     def flags_version(self) -> Any:
         """Differs from what it was whenever `free` of a parameter or of a part of it does."""
-        names = self._flags
-        if len(self.buffers) > self._declared:
-            held = [f"{path}{COMPONENTS}" for path in self.components_new]
-            held += self._fixed_components
-            names = [*names, *(name for name in held if name in self.buffers)]
+        self._list_own()
         view = self.buffers.view
-        return fingerprint_of_flags([view(name) for name in names])
+        return fingerprint_of_flags([view(name) for name in self._own_flags])
+
+    def _list_own(self) -> None:
+        """List the columns of bounds and of flags that there are; a solve asks several times."""
+        there = self.buffers
+        if self._known == len(there):
+            return
+        self._own_flags = [*self._flags, *(name for name in self._added_flags if name in there)]
+        self._own_bounds = [name for name in self._added_bounds if name in there]
+        self._known = len(there)
 
     def leaf(self, path: str, origin: Origin) -> Leaf:
         """Return the field at `path`; E0701 if there is none."""

@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,21 @@ def taken(
     values: NDArray[Any], components: list[int], rows: NDArray[np.int64]
 ) -> NDArray[np.float64]: ...
 def followed(targets: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.int64]: ...
+def join_columns(columns: list[NDArray[Any]], starts: list[int], found: NDArray[Any]) -> None: ...
+def split_columns(
+    state: NDArray[Any],
+    starts: list[int],
+    columns: list[NDArray[Any]],
+    free: NDArray[np.bool_] | None,
+    firsts: list[int],
+    counts: list[int],
+) -> None: ...
 def spread_rows(
     values: NDArray[Any], lanes: int, order: NDArray[np.int64] | None = None
 ) -> NDArray[Any]: ...
+def spread_all(
+    arrays: Sequence[NDArray[Any]], lanes: int, order: NDArray[np.int64] | None = None
+) -> list[NDArray[Any]]: ...
 def rows_of_handles(
     handles: NDArray[np.int64],
     positions: NDArray[np.int64],

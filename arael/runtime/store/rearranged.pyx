@@ -145,6 +145,112 @@ cdef void spread(
         found += k * lanes
 
 
+cdef Py_ssize_t bytes_of_row(array, Py_ssize_t rows, dtype) except -1:
+    """Bytes of a row (of `rows`, ...) of a dtype."""
+    if array.dtype != dtype or len(array) < rows:
+        raise ValueError(f"expected {rows} rows of {dtype}, found {len(array)} of {array.dtype}")
+    return <Py_ssize_t>array.nbytes // len(array) if len(array) else 0
+
+
+def join_columns(list columns, list starts, found):
+    """Write columns side by side into rows; what they do not cover stays.
+
+    Parameters
+    ----------
+    columns : (rows, ...) each, C order
+    starts : first scalar of each in a row of `found`
+    found : (rows, width), C order, of the same dtype
+    """
+    cdef Py_ssize_t rows = len(found), size = found.itemsize, k, wide, first
+    cdef Py_ssize_t stride = bytes_of_row(found, rows, found.dtype)
+    cdef char* target = <char*>writable(found, found.dtype)
+    cdef char* to
+    cdef const char* source
+    for column, start in zip(columns, starts):
+        wide, first = bytes_of_row(column, rows, found.dtype), <Py_ssize_t>start * size
+        if not 0 <= first <= stride - wide:
+            raise IndexError(f"columns {start} and {wide // size} more of {stride // size}")
+        source, to = <const char*>address(column, column.dtype), target + first
+        for k in range(rows):
+            memcpy(to + k * stride, source + k * wide, wide)
+
+
+def split_columns(state, list starts, list columns, free, list firsts, list counts):
+    """Write parts of rows into the columns they are of, where something of them moves.
+
+    Parameters
+    ----------
+    state : (rows or more, width), C order
+    starts : first scalar of each column in a row of `state`
+    columns : (rows, ...) each, C order, of the same dtype
+    free : (rows, tangent) bool, which scalars move; None: all
+    firsts, counts : of each column, the scalars of `free` that move it; a count of 0: nothing does
+    """
+    cdef Py_ssize_t size = state.itemsize, stride = bytes_of_row(state, 0, state.dtype)
+    cdef Py_ssize_t rows, wide, begin, k, j, tangent = 0, first, count
+    cdef const char* source = <const char*>address(state, state.dtype)
+    cdef const char* from_
+    cdef const uint8_t* moves = NULL
+    cdef char* to
+    cdef bint some
+    if free is not None:
+        moves, tangent = <const uint8_t*>address(free, np.bool_), free.shape[1]
+    for column, start, one, several in zip(columns, starts, firsts, counts):
+        rows, first, count = len(column), one, several
+        begin, wide = <Py_ssize_t>start * size, bytes_of_row(column, rows, state.dtype)
+        if len(state) < rows or not 0 <= begin <= stride - wide:
+            raise IndexError(f"scalars {start} and {wide // size} more of {stride // size}")
+        if moves != NULL and not (len(free) >= rows and 0 <= first <= tangent - count):
+            raise IndexError(f"flags {first} and {count} more of {tangent}")
+        if not count:
+            continue
+        from_, to = source + begin, <char*>writable(column, column.dtype)
+        for k in range(rows):
+            some = moves == NULL
+            for j in range(first, 0 if some else first + count):
+                some |= moves[k * tangent + j]
+            if some:
+                memcpy(to + k * wide, from_ + k * stride, wide)
+
+
+cdef const int64_t* checked_order(order, Py_ssize_t n) except? NULL:
+    """Address of (n,) rows that are all there; NULL for None."""
+    cdef Py_ssize_t at
+    if order is None:
+        return NULL
+    cdef const int64_t* place = <const int64_t*>address(order, np.int64, n)
+    for at in range(n):
+        if not 0 <= place[at] < n:
+            raise IndexError("the order names instances that are not there")
+    return place
+
+
+cdef int spread_into(
+    values, const int64_t* place, Py_ssize_t lanes, void* target
+) except -1:
+    """Write rows (n, k) in the order of lanes."""
+    cdef Py_ssize_t n = values.shape[0], k = values.shape[1]
+    cdef bint by_columns = values.strides[0] == values.itemsize and k != 1
+    cdef int size = values.itemsize
+    if size not in (1, 4, 8):
+        raise TypeError(f"expected scalars of 1, 4 or 8 bytes, found {values.dtype}")
+    if not n or not k:
+        return 0
+    if by_columns:
+        values = values.T
+    if not values.flags.c_contiguous:
+        values = np.ascontiguousarray(values)
+    cdef const void* source = address(values, values.dtype)
+    with nogil:
+        if size == 8:
+            spread(<const int64_t*>source, place, n, k, lanes, by_columns, <int64_t*>target)
+        elif size == 4:
+            spread(<const int32_t*>source, place, n, k, lanes, by_columns, <int32_t*>target)
+        else:
+            spread(<const uint8_t*>source, place, n, k, lanes, by_columns, <uint8_t*>target)
+    return 0
+
+
 def spread_rows(values, Py_ssize_t lanes, order=None):
     """Rows (n, k) of `values` in the order of lanes.
 
@@ -159,37 +265,43 @@ def spread_rows(values, Py_ssize_t lanes, order=None):
     (blocks, k, lanes) of the type of `values`; the last block is padded by the last instance.
     Begins on a cache line if there is more than one block.
     """
-    cdef Py_ssize_t n = values.shape[0], k = values.shape[1], blocks, at
-    cdef const int64_t* place = NULL
-    cdef bint by_columns = values.strides[0] == values.itemsize and k != 1
-    cdef int size = values.itemsize
-    if size not in (1, 4, 8):
-        raise TypeError(f"expected scalars of 1, 4 or 8 bytes, found {values.dtype}")
-    blocks = (n + lanes - 1) // lanes
-    shape = blocks, k, lanes
-    dtype = values.dtype
-    found = aligned_empty(shape, dtype) if blocks > 1 else np.empty(shape, dtype)
-    if not n or not k:
-        return found
+    cdef Py_ssize_t n = values.shape[0], blocks = (n + lanes - 1) // lanes
     if order is not None:
         order = np.ascontiguousarray(order, dtype=np.int64)
-        place = <const int64_t*>address(order, np.int64, n)
-        for at in range(n):
-            if not 0 <= place[at] < n:
-                raise IndexError("the order names instances that are not there")
-    if by_columns:
-        values = values.T
-    values = np.ascontiguousarray(values)
-    cdef const void* source = address(values, dtype)
-    cdef void* target = writable(found, dtype)
-    with nogil:
-        if size == 8:
-            spread(<const int64_t*>source, place, n, k, lanes, by_columns, <int64_t*>target)
-        elif size == 4:
-            spread(<const int32_t*>source, place, n, k, lanes, by_columns, <int32_t*>target)
-        else:
-            spread(<const uint8_t*>source, place, n, k, lanes, by_columns, <uint8_t*>target)
+    shape, dtype = (blocks, values.shape[1], lanes), values.dtype
+    found = aligned_empty(shape, dtype) if blocks > 1 else np.empty(shape, dtype)
+    spread_into(values, checked_order(order, n), lanes, writable(found, dtype))
     return found
+
+
+def spread_all(arrays, Py_ssize_t lanes, order=None):
+    """What `spread_rows` gives of each of several arrays, read-only and in one piece of memory.
+
+    Parameters
+    ----------
+    arrays : of (n, k) each, with the same n
+    """
+    cdef Py_ssize_t n = len(arrays[0]), blocks = (n + lanes - 1) // lanes, extent = 0, skip
+    if order is not None:
+        order = np.ascontiguousarray(order, dtype=np.int64)
+    cdef const int64_t* place = checked_order(order, n)
+    begins = []
+    for values in arrays:
+        if len(values) != n:
+            raise ValueError(f"expected {n} rows, found {len(values)}")
+        begins.append(extent)
+        extent += (blocks * lanes * <Py_ssize_t>values.shape[1] * <Py_ssize_t>values.itemsize
+                   + LINE - 1) // LINE * LINE
+    raw = np.empty(extent + LINE, dtype=np.uint8)
+    cdef char* first = <char*>writable(raw, np.uint8)
+    skip = -<uintptr_t>first % LINE
+    for values, begin in zip(arrays, begins):
+        spread_into(values, place, lanes, first + skip + <Py_ssize_t>begin)
+    raw.setflags(write=False)
+    return [
+        np.ndarray((blocks, values.shape[1], lanes), values.dtype, raw, skip + begin)
+        for values, begin in zip(arrays, begins)
+    ]
 
 
 def rows_of_handles(handles, positions, generations, int64_t start, int shift):
