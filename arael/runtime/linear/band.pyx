@@ -19,7 +19,7 @@ from arael.runtime.linear.blocks cimport put
 from arael.runtime.linear import bandwidth
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
-from arael.runtime.linear.memory import aligned
+from arael.runtime.linear.memory import aligned_parts
 
 # Entries above the diagonal that the kernels overwrite, at the end of the previous column.
 cdef enum:
@@ -58,19 +58,20 @@ cdef class BandSolver(LinearSolver):
     def __init__(self, pattern, bint single=False, half_bandwidth=None, block_half_bandwidth=None):
         super().__init__(pattern, single)
         kd = bandwidth.half_bandwidth(pattern, half_bandwidth, block_half_bandwidth)
-        itemsize = self.dtype.itemsize
+        dtype = self.dtype
         # Rows a tile may overshoot: three vectors, or as many as cover the band and six columns.
-        lanes = tiles.PAD_BYTES // itemsize
+        lanes = tiles.PAD_BYTES // dtype.itemsize
         overshoot = min(3, -(-(kd + 6) // lanes)) * lanes
         if kd >= WIDE:
             load_blas()
         self._height = kd + 1
         self._leading = kd + overshoot - 1 + SPOILT
-        matrix = aligned((self.n + overshoot) * (self._leading + 1), self.dtype)
-        inverse = aligned(self.n, self.dtype)
+        # A factorisation writes both before it reads them.
+        extent = (self.n + overshoot) * (self._leading + 1)
+        matrix, inverse = aligned_parts((extent, self.n), dtype)
         table = block_table(pattern, self._leading)
         self._keep = (matrix, inverse, table)
-        self._matrix, self._inverse = writable(matrix, self.dtype), writable(inverse, self.dtype)
+        self._matrix, self._inverse = writable(matrix, dtype), writable(inverse, dtype)
         self._blocks = <const long long*>table_address(table, 4)
         self._bytes = matrix.nbytes
         self._count = len(table)

@@ -13,7 +13,7 @@ from arael.runtime.linear.cholesky cimport factor_triangle
 
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
-from arael.runtime.linear.memory import aligned, leading
+from arael.runtime.linear.memory import aligned_parts, leading
 
 
 cdef class DenseSolver(LinearSolver):
@@ -39,13 +39,13 @@ cdef class DenseSolver(LinearSolver):
         self._large = self.n > tiles.large
         if self._large:
             load_blas()
-        pad = tiles.PAD_BYTES // self.dtype.itemsize
-        self._leading = leading(self.n, pad)
-        matrix = aligned(self.n * self._leading, self.dtype)
-        inverse = aligned(self.n, self.dtype)
+        dtype = self.dtype
+        self._leading = leading(self.n, tiles.PAD_BYTES // dtype.itemsize)
+        # A factorisation writes both before it reads them.
+        matrix, inverse = aligned_parts((self.n * self._leading, self.n), dtype)
         table = block_table(pattern, self._leading)
         self._keep = (matrix, inverse, table)
-        self._matrix, self._inverse = writable(matrix, self.dtype), writable(inverse, self.dtype)
+        self._matrix, self._inverse = writable(matrix, dtype), writable(inverse, dtype)
         self._blocks = <const long long*>table_address(table, 4)
         self._count = len(table)
         self.plan = {

@@ -149,7 +149,8 @@ cdef class SparseSolver(LinearSolver):
         super().__init__(pattern, single)
         if analysis is None:
             analysis = analyse(pattern, ordering)
-        pad = tiles.PAD_BYTES // self.dtype.itemsize
+        dtype = self.dtype
+        pad = tiles.PAD_BYTES // dtype.itemsize
         nodes = analysis.supernodes
         fronts = plan_fronts(nodes, pattern.sizes, pad, tiles.large)
         block_start, blocks = place_blocks(pattern, nodes, fronts, pad)
@@ -162,7 +163,7 @@ cdef class SparseSolver(LinearSolver):
         self._fill_table(table, fronts, block_start)
         order_scalars(pattern, nodes.order, scalar)
         # Each factorisation empties a front before it is assembled.
-        storage, inverse, x = aligned_parts((fronts.storage, self.n, self.n), self.dtype)
+        storage, inverse, x = aligned_parts((fronts.storage, self.n, self.n), dtype)
         self._alone, self._together = fronts.alone, fronts.together
         self._widest += 2 * pad
         children = np.append(fronts.children, 0).astype(np.int64)
@@ -175,9 +176,9 @@ cdef class SparseSolver(LinearSolver):
         self._runs = <const int*>address(fronts.runs, np.int32)
         self._strips = <const int*>address(fronts.strips, np.int32)
         self._scalar = <const long long*>address(scalar, np.int64)
-        self._factor_storage = writable(storage, self.dtype)
-        self._inverse = writable(inverse, self.dtype)
-        self._x = writable(x, self.dtype)
+        self._factor_storage = writable(storage, dtype)
+        self._inverse = writable(inverse, dtype)
+        self._x = writable(x, dtype)
         self.use_threads(1)
         self.plan = {
             "solver": "sparse",
