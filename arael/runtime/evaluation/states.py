@@ -12,7 +12,7 @@ from arael.runtime.bounds import keep_inside
 from arael.runtime.layout import Entity, ParamUse
 from arael.runtime.store.access import Array, StoreLike
 from arael.runtime.store.messages import error
-from arael.runtime.store.rearranged import join_columns, split_columns
+from arael.runtime.store.rearranged import join_columns, solved_scalars, split_columns
 from arael.runtime.store.values import convert
 from arael.runtime.system import EntityBlocks, System, row_name
 
@@ -62,14 +62,11 @@ def _moved(entity: Entity, use: ParamUse, blocks: EntityBlocks) -> NDArray[np.bo
 
 def solved_values(system: System, states: list[Array]) -> NDArray[np.float64]:
     """Stored scalars of every row that is solved for, in order of the system."""
-    parts = []
-    for entity, blocks, state in zip(system.layout.entities, system.blocks, states, strict=True):
-        found = state[: len(blocks.first), : entity.stored]
-        parts.append(found if blocks.every else found[blocks.solved])
-    if len(parts) == 1:  # one copy: the states move on
-        return np.array(parts[0], dtype=np.float64, order="C").reshape(-1)
-    parts = [part.reshape(-1) for part in parts]
-    return np.concatenate(parts, dtype=np.float64) if parts else np.zeros(0)
+    return solved_scalars(
+        states,
+        [blocks.free for blocks in system.blocks],
+        [entity.stored for entity in system.layout.entities],
+    )
 
 
 def put_values(store: StoreLike, system: System, values: Any) -> None:

@@ -18,6 +18,9 @@ def split_columns(
     firsts: list[int],
     counts: list[int],
 ) -> None: ...
+def solved_scalars(
+    states: list[NDArray[Any]], flags: list[NDArray[np.bool_]], widths: list[int]
+) -> NDArray[np.float64]: ...
 def spread_rows(
     values: NDArray[Any], lanes: int, order: NDArray[np.int64] | None = None
 ) -> NDArray[Any]: ...

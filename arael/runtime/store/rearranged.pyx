@@ -213,6 +213,44 @@ def split_columns(state, list starts, list columns, free, list firsts, list coun
                 memcpy(to + k * wide, from_ + k * stride, wide)
 
 
+def solved_scalars(list states, list flags, list widths):
+    """The first scalars of all rows of which something moves, one after another, f64.
+
+    Parameters
+    ----------
+    states : (rows or more, width) each, f64 or f32, C order
+    flags : (rows, tangent) bool each, which scalars move
+    widths : how many scalars of a row
+    """
+    cdef Py_ssize_t count = 0, at = 0, k, j, rows, width, stride, tangent
+    cdef const uint8_t* moves
+    cdef const double* wide
+    cdef const float* narrow
+    cdef bint some
+    for free, taken_of in zip(flags, widths):
+        count += len(free) * <Py_ssize_t>taken_of
+    found = np.empty(count)
+    cdef double* to = <double*>writable(found, np.float64)
+    for state, free, taken_of in zip(states, flags, widths):
+        rows, tangent, width, stride = len(free), free.shape[1], taken_of, state.shape[1]
+        if len(state) < rows or width > stride:
+            raise IndexError(f"{rows} rows of {width} of shape {state.shape}")
+        moves = <const uint8_t*>address(free, np.bool_)
+        single = state.dtype == np.float32
+        narrow = <const float*>address(state, np.float32) if single else NULL
+        wide = NULL if single else <const double*>address(state, np.float64)
+        for k in range(rows):
+            some = False
+            for j in range(k * tangent, (k + 1) * tangent):
+                some |= moves[j]
+            if not some:
+                continue
+            for j in range(width):
+                to[at + j] = narrow[k * stride + j] if wide == NULL else wide[k * stride + j]
+            at += width
+    return found if at == count else found[:at].copy()
+
+
 cdef const int64_t* checked_order(order, Py_ssize_t n) except? NULL:
     """Address of (n,) rows that are all there; NULL for None."""
     cdef Py_ssize_t at

@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.store.rearranged import aligned_empty, followed, numbered, spread_rows, taken
+from arael.runtime.store.rearranged import (
+    aligned_empty,
+    followed,
+    join_columns,
+    numbered,
+    solved_scalars,
+    split_columns,
+    spread_all,
+    spread_rows,
+    taken,
+)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64, np.bool_])
@@ -45,6 +55,70 @@ def test_rows_are_spread_over_lanes_and_the_last_one_pads(dtype: type, n: int) -
         at = np.minimum(np.arange(8 * len(found)), n - 1)
         expected = (values if chosen is None else values[order])[at]
         np.testing.assert_array_equal(found.transpose(0, 2, 1).reshape(-1, 3), expected)
+
+
+@pytest.mark.parametrize("n", [0, 1, 8, 21])
+def test_several_arrays_are_spread_into_one_piece_of_memory(n: int) -> None:
+    rng = np.random.default_rng(n)
+    arrays = [
+        rng.integers(0, 100, (n, k)).astype(dtype)
+        for k, dtype in ((2, np.int32), (3, np.int64), (0, np.int64), (3, np.uint8))
+    ]
+    for order in (None, rng.permutation(n)):
+        for array, found in zip(arrays, spread_all(arrays, 8, order), strict=True):
+            np.testing.assert_array_equal(found, spread_rows(array, 8, order))
+            assert found.dtype == array.dtype and not found.flags.writeable
+            assert not found.size or found.ctypes.data % 64 == 0
+    with pytest.raises(ValueError, match="expected 2 rows, found 3"):
+        spread_all([np.zeros((2, 1)), np.zeros((3, 1))], 8)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_columns_become_rows_and_go_back_where_something_moves(dtype: type) -> None:
+    rng = np.random.default_rng(3)
+    columns = [rng.normal(size=shape).astype(dtype) for shape in ((5,), (5, 3), (5, 2, 2))]
+    rows = np.full((5, 9), 7, dtype)
+    join_columns(columns, [5, 1, 5], rows[:, :])  # the last covers the first
+    np.testing.assert_array_equal(rows[:, 1:4], columns[1])
+    np.testing.assert_array_equal(rows[:, 5:9], columns[2].reshape(5, 4))
+    np.testing.assert_array_equal(rows[:, [0, 4]], 7)
+    state = rng.normal(size=(6, 9)).astype(dtype)
+    free = rng.integers(0, 2, (5, 4)).astype(bool)
+    free[0] = [False, False, True, False]
+    for flags in (None, free):
+        found = [column.copy() for column in columns]
+        split_columns(state, [0, 1, 5], found, flags, [0, 1, 0], [1, 3, 0])
+        for k, (first, count) in enumerate(((0, 1), (1, 3))):
+            moved = (
+                np.ones(5, bool) if flags is None else flags[:, first : first + count].any(axis=1)
+            )
+            width = columns[k].reshape(5, -1).shape[1]
+            expected = columns[k].copy().reshape(5, width)
+            expected[moved] = state[:5, [0, 1][k] : [0, 1][k] + width][moved]
+            np.testing.assert_array_equal(found[k].reshape(5, width), expected)
+        np.testing.assert_array_equal(found[2], columns[2])  # nothing moves it
+    kept = [solved_scalars([state, state], [free, flags], [2, 3]) for flags in (free, ~free)]
+    for one, flags in zip(kept, (free, ~free), strict=True):
+        expected = np.concatenate(
+            [state[:5][free.any(axis=1), :2].ravel(), state[:5][flags.any(axis=1), :3].ravel()]
+        )
+        np.testing.assert_array_equal(one, expected.astype(np.float64))
+
+
+def test_columns_that_do_not_fit_are_refused() -> None:
+    rows, column = np.zeros((2, 3)), np.zeros((2, 2))
+    with pytest.raises(IndexError, match="columns 2 and 2 more of 3"):
+        join_columns([column], [2], rows)
+    with pytest.raises(ValueError, match="expected 2 rows"):
+        join_columns([column.astype(np.float32)], [0], rows)
+    with pytest.raises(ValueError, match="expected 2 rows"):
+        join_columns([np.zeros((1, 2))], [0], rows)
+    with pytest.raises(IndexError, match="scalars 2 and 2 more of 3"):
+        split_columns(rows, [2], [column], None, [0], [1])
+    with pytest.raises(IndexError, match="flags 1 and 2 more of 2"):
+        split_columns(rows, [0], [column], np.ones((2, 2), bool), [1], [2])
+    with pytest.raises(IndexError, match="2 rows of 4"):
+        solved_scalars([rows], [np.ones((2, 2), bool)], [4])
 
 
 def test_arrays_begin_on_a_cache_line() -> None:
