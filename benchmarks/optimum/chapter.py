@@ -26,8 +26,8 @@ last pass, which is the whole problem).
   analysis, steps and end, for every system. Nothing that a solve computed is kept for the next;
   imports and first allocations do not count, for no system. Peers put start values back and solve
   the same objects again, which leaves program and data in the processor's caches; of arael all is
-  read and built again, and where a solve takes less than 30 ms two copies are solved before
-  the clock starts, so that it finds the caches likewise. Every system reads the same clock, the
+  read and built again, and before a solve of less than 30 ms two copies are solved, so that
+  it finds the caches likewise. Every system reads the same clock, the
   processor's, at the end, and the peers at each attempt; when an attempt of arael ended follows
   from the seconds it records itself, as a callback in Python takes as long as a small step. `by the
   clock` includes what other processes of the machine took meanwhile. Times are medians of all runs

@@ -72,7 +72,7 @@ class Arael:
 
         Peers put their start values back and solve the same objects again, with program and data in
         the processor's caches. Here all is new, and to read a file leaves nothing in the caches; so
-        a short solve follows those of copies.
+        a short solve follows a few of copies.
         """
         copies = []
         for _ in range(COPIES if self.spent < SHORT else 0):

@@ -151,7 +151,7 @@ def _without_elimination(
     ):
         return None, None
     eliminated = independent_set(pattern)
-    if int(eliminated.sum()) >= _KIND * pattern.block_count:
+    if np.count_nonzero(eliminated) >= _KIND * pattern.block_count:
         return None, eliminated
     known = analyse(pattern, "minimum_degree")
     fixed, each = _COMPARING

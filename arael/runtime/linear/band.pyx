@@ -16,10 +16,10 @@ from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport put
 
+from arael.runtime.aligned import aligned_parts
 from arael.runtime.linear import bandwidth
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
-from arael.runtime.linear.memory import aligned_parts
 
 # Entries above the diagonal that the kernels overwrite, at the end of the previous column.
 cdef enum:

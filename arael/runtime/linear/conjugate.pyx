@@ -21,9 +21,9 @@ from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.eliminate cimport Block
 from arael.runtime.linear.elimination cimport Elimination, Sums
 
+from arael.runtime.aligned import aligned_zeros
 from arael.runtime.linear.eliminate import BLOCK
 from arael.runtime.linear.elimination import Elimination, Sums
-from arael.runtime.linear.memory import aligned
 from arael.runtime.linear.reduction import PADDING
 
 # Of Eisenstat and Walker: eta = GAMMA (norm of the gradient / norm of the one before)^2, with a
@@ -93,7 +93,7 @@ cdef class ConjugateSolver(LinearSolver):
         self._floor = max(floor, 4 * float(np.finfo(self.dtype).eps))
         self._tolerance, self._most = max(tolerance, self._floor), iterations
         table = _table(blocks.pattern)
-        vectors = [aligned(self._elimination.n, self.dtype) for _ in range(5)]
+        vectors = [aligned_zeros(self._elimination.n, self.dtype) for _ in range(5)]
         self._keep = (table, vectors)
         self._count = len(table) - 1
         self._blocks = <const Block*>address(table, BLOCK)

@@ -10,10 +10,11 @@ from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport put
 from arael.runtime.linear.cholesky cimport factor_triangle
+from arael.runtime.linear.lead cimport led
 
+from arael.runtime.aligned import aligned_parts
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
-from arael.runtime.linear.memory import aligned_parts, leading
 
 
 cdef class DenseSolver(LinearSolver):
@@ -40,7 +41,7 @@ cdef class DenseSolver(LinearSolver):
         if self._large:
             load_blas()
         dtype = self.dtype
-        self._leading = leading(self.n, tiles.PAD_BYTES // dtype.itemsize)
+        self._leading = led(self.n, tiles.PAD_BYTES // dtype.itemsize)
         # A factorisation writes both before it reads them.
         matrix, inverse = aligned_parts((self.n * self._leading, self.n), dtype)
         table = block_table(pattern, self._leading)

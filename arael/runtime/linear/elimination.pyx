@@ -18,9 +18,9 @@ from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
 from arael.runtime.parallel.pool cimport distribute
 
+from arael.runtime.aligned import aligned_zeros
 from arael.runtime.linear import parts
 from arael.runtime.linear.eliminate import COUPLING, ENTITY, SLACK
-from arael.runtime.linear.memory import aligned
 from arael.runtime.linear.reduction import PADDING
 
 # Entities that are swept directly after their elimination: a fraction of a second-level cache.
@@ -40,20 +40,20 @@ cdef class Elimination:
     def __init__(self, reduction, dtype):
         self.reduction = reduction
         self.n = len(reduction.scalars)
-        factors = aligned(reduction.factor_size, dtype)
-        stored = aligned(reduction.stored_size, dtype)
-        eliminated = aligned(reduction.pattern.size, dtype)
+        factors = aligned_zeros(reduction.factor_size, dtype)
+        stored = aligned_zeros(reduction.stored_size, dtype)
+        eliminated = aligned_zeros(reduction.pattern.size, dtype)
         largest = int(reduction.entities["size"].max(initial=1))
         cost = parts.entity_costs(reduction)
         part_ends = parts.split(cost, parts.count(cost.sum()))
         sweep_ends = parts.split(cost, parts.sweeps(reduction, cost.sum()))
         tails = _tails(reduction, sweep_ends)
         failed = np.zeros(len(part_ends), dtype=np.int64)
-        outputs = aligned((len(sweep_ends) - 2) * reduction.padded_size, dtype)
+        outputs = aligned_zeros((len(sweep_ends) - 2) * reduction.padded_size, dtype)
         self._work_stride = -(-largest // 16) * 16
-        work = aligned((len(sweep_ends) - 1) * self._work_stride, dtype)
-        before = aligned(reduction.padded_size, dtype)
-        after = aligned(reduction.padded_size, dtype)
+        work = aligned_zeros((len(sweep_ends) - 1) * self._work_stride, dtype)
+        before = aligned_zeros(reduction.padded_size, dtype)
+        after = aligned_zeros(reduction.padded_size, dtype)
         # Blocks of couplings are prefetched.
         ahead = np.zeros(SLACK, reduction.couplings.dtype)
         couplings = np.append(reduction.couplings, ahead)
@@ -315,7 +315,7 @@ cdef class Sums:
         local = np.arange(of.n) - np.repeat(np.cumsum(sizes) - sizes, sizes)
         diagonal = np.repeat(own, sizes) + local * (np.repeat(sizes, sizes) + 1)
         diagonal = np.append(diagonal, 0).astype(np.int64)
-        values, damped = aligned(pattern.value_count, dtype), aligned(of.n, dtype)
+        values, damped = aligned_zeros(pattern.value_count, dtype), aligned_zeros(of.n, dtype)
         self.products, self._of = products, of
         ends = parts.split_columns(products)
         self._keep = (copies, diagonal, values, damped, ends)

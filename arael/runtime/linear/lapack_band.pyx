@@ -10,10 +10,10 @@ from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.blocks cimport put
 
+from arael.runtime.aligned import aligned_zeros
 from arael.runtime.linear import bandwidth
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.blocks import block_table
-from arael.runtime.linear.memory import aligned
 
 
 cdef class LapackBandSolver(LinearSolver):
@@ -35,7 +35,7 @@ cdef class LapackBandSolver(LinearSolver):
         # LAPACK requires a band that fits into the matrix.
         kd = bandwidth.half_bandwidth(pattern, half_bandwidth, block_half_bandwidth)
         kd = min(kd, max(self.n - 1, 0))
-        matrix = aligned((kd + 1) * self.n, self.dtype)
+        matrix = aligned_zeros((kd + 1) * self.n, self.dtype)
         # Entry (i, j) is at i - j + j (kd + 1): a full matrix of leading dimension kd.
         table = block_table(pattern, kd)
         self._keep = (matrix, table)

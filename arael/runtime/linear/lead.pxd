@@ -1,4 +1,4 @@
-# Leading dimensions of matrices in the solvers' storage, as `memory.leading` has them.
+# Leading dimensions of matrices in the solvers' storage.
 
 from libc.stdint cimport int64_t
 
@@ -7,7 +7,11 @@ cdef enum:
 
 
 cdef inline int64_t led(int64_t rows, int64_t pad) noexcept nogil:
-    """As `memory.leading`."""
+    """Leading dimension for a matrix of `rows`: a multiple of `pad`, the scalars of a cache line.
+
+    Columns an even number of cache lines apart map to few sets of a cache; for tall matrices an odd
+    number is used.
+    """
     cdef int64_t lines = (rows + pad - 1) // pad
     if lines > TALL and lines % 2 == 0:
         lines += 1

@@ -7,7 +7,7 @@ from libc.string cimport memcpy
 from arael.runtime.address cimport table_address, writable
 from arael.runtime.linear.base cimport LinearSolver
 
-from arael.runtime.linear.memory import aligned
+from arael.runtime.aligned import aligned_zeros
 
 
 cdef void gather(
@@ -52,7 +52,7 @@ cdef class RemainingSolver(LinearSolver):
         self.inner, self.threads = inner, inner.threads
         self.raised, self.plan = inner.raised, inner.plan
         dtype = self.dtype
-        arrays = [aligned(n, dtype) for n in (inner.pattern.value_count, inner.n, inner.n)]
+        arrays = [aligned_zeros(n, dtype) for n in (inner.pattern.value_count, inner.n, inner.n)]
         self._keep = (scalars, values, arrays)
         self._scalars = <const int64_t*>table_address(scalars, 3)
         self._values = <const int64_t*>table_address(values, 3)

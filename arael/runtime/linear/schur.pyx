@@ -7,8 +7,8 @@ from arael.runtime.linear.base cimport LinearSolver
 from arael.runtime.linear.blas cimport real
 from arael.runtime.linear.elimination cimport Elimination, Sums
 
+from arael.runtime.aligned import aligned_zeros
 from arael.runtime.linear.elimination import Elimination, Sums
-from arael.runtime.linear.memory import aligned
 
 
 cdef class SchurSolver(LinearSolver):
@@ -38,7 +38,7 @@ cdef class SchurSolver(LinearSolver):
         self.inner = inner
         self._elimination = Elimination(reduction, self.dtype)
         self._sums = Sums(self._elimination, products, self.dtype)
-        reduced = aligned(inner.n, self.dtype)
+        reduced = aligned_zeros(inner.n, self.dtype)
         self._keep = reduced
         self._reduced = writable(reduced, self.dtype)
         self.plan = {

@@ -29,10 +29,10 @@ from arael.runtime.linear.cholesky cimport divide_rows, factor_triangle, outer_p
 from arael.runtime.linear.tiles cimport PIECE
 from arael.runtime.parallel.pool cimport claim, distribute, release
 
+from arael.runtime.aligned import aligned_parts
 from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.blas import load as load_blas
 from arael.runtime.linear.fronts import plan_fronts
-from arael.runtime.linear.memory import aligned_parts
 from arael.runtime.linear.symbolic import place_blocks
 from arael.runtime.records import check_record, probe_of
 

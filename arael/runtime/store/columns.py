@@ -80,7 +80,11 @@ class Columns:
         ]
         self._added_flags = [
             *(f"{path}{COMPONENTS}" for path in params),
-            *(f"{p}.{bounds.COMPONENTS_FIXED}" for p in params if bounds.has_components(self.data[p])),
+            *(
+                f"{p}.{bounds.COMPONENTS_FIXED}"
+                for p in params
+                if bounds.has_components(self.data[p])
+            ),
         ]
         self._updated = {
             path for e in model.entities if e.table == table.path for path in e.updated

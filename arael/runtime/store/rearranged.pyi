@@ -4,7 +4,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-def aligned_empty(shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]: ...
 def taken(
     values: NDArray[Any], components: list[int], rows: NDArray[np.int64]
 ) -> NDArray[np.float64]: ...

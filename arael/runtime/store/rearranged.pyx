@@ -11,6 +11,8 @@ from libc.string cimport memcpy
 
 from arael.runtime.address cimport address, writable
 
+from arael.runtime.aligned import aligned_empty
+
 ctypedef fused scalar:
     uint8_t
     int32_t
@@ -25,16 +27,6 @@ ctypedef fused number:
 
 # Bytes of a cache line.
 cdef Py_ssize_t LINE = 64
-
-
-def aligned_empty(tuple shape, dtype):
-    """Array of undefined content that begins on a cache line."""
-    cdef Py_ssize_t size = dtype.itemsize, skip
-    for length in shape:
-        size *= <Py_ssize_t>length
-    raw = np.empty(size + LINE, dtype=np.uint8)
-    skip = -<uintptr_t>address(raw, np.uint8) % LINE
-    return np.ndarray(shape, dtype, raw, skip)  # one call for a slice, a view and a shape
 
 
 cdef void take(

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from arael.runtime.store.rearranged import (
-    aligned_empty,
     followed,
     join_columns,
     numbered,
@@ -119,13 +118,6 @@ def test_columns_that_do_not_fit_are_refused() -> None:
         split_columns(rows, [0], [column], np.ones((2, 2), bool), [1], [2])
     with pytest.raises(IndexError, match="2 rows of 4"):
         solved_scalars([rows], [np.ones((2, 2), bool)], [4])
-
-
-def test_arrays_begin_on_a_cache_line() -> None:
-    for count in range(1, 40):
-        found = aligned_empty((count, 3), np.dtype(np.float32))
-        assert found.shape == (count, 3) and found.dtype == np.float32
-        assert found.ctypes.data % 64 == 0 and found.flags.c_contiguous
 
 
 def test_an_order_of_other_instances_is_refused() -> None:
