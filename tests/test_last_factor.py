@@ -39,6 +39,36 @@ root A {
 """
 
 
+# The first step goes to z = 1, where `f` has the value `left` and 80 times its slope at 0: the last
+# matrix promises 6400 times as much of it as the new one.
+GROWS = """
+root A {
+    left: real
+    param x: real = 0
+    param z: real = 0
+    constraint c {
+        let f = -0.01 + 0.01*z + (3*left - 0.79)*z^2 + (0.79 - 2*left)*z^3
+        [10, x - 1, f]
+    }
+}
+"""
+# That beside a difference whose curvature the step loses, as above.
+GROWS_BESIDE = """
+root A {
+    left: real
+    param u: real = 0
+    param v: real = 0
+    param z: real = 0
+    constraint c {
+        let y = u - v
+        let h = 1 - y + 2.0001*y*y - 1.0001*y^3
+        let f = -0.01 + 0.01*z + (3*left - 0.79)*z^2 + (0.79 - 2*left)*z^3
+        [10, u + v - 1, 0.01*h, f]
+    }
+}
+"""
+
+
 @pytest.fixture(scope="module")
 def load(tmp_path_factory: pytest.TempPathFactory) -> Load:
     """Load a model's text, once each, without compiling it."""
@@ -101,6 +131,38 @@ def test_a_direction_that_loses_its_curvature_is_no_end(load: Load, text: str) -
     result = load(text)().solve()
     assert result.status == "converged"
     assert result.end_cost == pytest.approx(100, rel=1e-9)
+
+
+def test_curvature_that_has_grown_promises_no_more(load: Load) -> None:
+    """The last factor promises 6e-5, of which 1e-8 is left; 1e-5 is the tolerance."""
+    result = load(GROWS)(left=1e-4).solve(rel_precision=1e-7)
+    assert (result.status, result.iterations) == ("converged", 1)
+    assert result.predicted_decrease == pytest.approx(1e-8, rel=1e-3)
+    assert result.end_cost == pytest.approx(100 + 1e-8, rel=1e-12)
+
+
+def test_curvature_that_has_grown_promises_no_more_in_f32(load: Load) -> None:
+    result = load(GROWS, precision="f32")(left=1e-2).solve(rel_precision=1e-4)
+    assert (result.status, result.iterations) == ("converged", 1)
+    assert result.predicted_decrease == pytest.approx(1e-4, rel=0.05)
+
+
+def test_what_is_left_in_grown_curvature_is_no_end(load: Load) -> None:
+    model = load(GROWS)(left=4e-3)
+    assert model.solve(max_iters=1).end_cost == pytest.approx(100 + 1.6e-5, rel=1e-12)
+    assert promise(model) == pytest.approx(1.6e-5, rel=1e-6)
+    result = load(GROWS)(left=4e-3).solve(rel_precision=1e-7)
+    assert result.status == "converged" and result.iterations > 1
+    assert result.end_cost <= 100 * (1 + 1e-7)
+
+
+def test_grown_curvature_hides_no_direction_that_loses_its_own(load: Load) -> None:
+    model = load(GROWS_BESIDE)(left=1e-4)
+    model.solve(max_iters=1)
+    assert promise(model) == pytest.approx(1e-4, rel=1e-3)
+    result = load(GROWS_BESIDE)(left=1e-4).solve(rel_precision=1e-7)
+    assert result.status == "converged"
+    assert result.end_cost == pytest.approx(100, rel=1e-7)
 
 
 def test_a_linear_problem_takes_one_attempt(load: Load) -> None:

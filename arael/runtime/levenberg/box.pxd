@@ -35,6 +35,8 @@ cdef class Box:
     cdef void curvature(
         self, const void* values, const void* step, const int32_t* component, double* total
     ) noexcept nogil
+    # H x of the whole system.
+    cdef void product(self, const void* values, const double* x, double* found) noexcept nogil
 
     cdef double _value(self, Py_ssize_t k) noexcept nogil
     cdef void _hold(self, floating* gradient, floating* values) noexcept nogil
@@ -43,3 +45,4 @@ cdef class Box:
     cdef void _curvature(
         self, const floating* values, const floating* step, const int32_t* component,
         double* total) noexcept nogil
+    cdef void _product(self, const floating* values, const double* x, double* found) noexcept nogil

@@ -11,6 +11,7 @@ import numpy as np
 from cython cimport floating
 from libc.math cimport fabs, isfinite
 from libc.stdint cimport int32_t, int64_t, uint8_t
+from libc.string cimport memset
 
 from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.evaluation.evaluation cimport Evaluation
@@ -204,6 +205,34 @@ cdef class Box:
                         row += 2 * <double>value[i * block[3] + j] * step[block[1] + j]
                 sum_ += row * step[block[0] + i]
             total[c] = sum_
+
+    cdef void product(self, const void* values, const double* x, double* found) noexcept nogil:
+        memset(found, 0, self._evaluation.size * sizeof(double))
+        if self._evaluation.single:
+            self._product(<const float*>values, x, found)
+        else:
+            self._product(<const double*>values, x, found)
+
+    cdef void _product(
+        self, const floating* values, const double* x, double* found
+    ) noexcept nogil:
+        cdef Py_ssize_t b, i, j, row, column
+        cdef const int64_t* block
+        cdef const floating* value
+        cdef double sum_
+        for b in range(self._block_count):
+            block = &self._blocks[5 * b]
+            row, column = block[0], block[1]
+            for i in range(block[2]):
+                value = values + block[4] + i * block[3]
+                sum_ = 0
+                # Of a diagonal block the lower triangle alone is meaningful.
+                for j in range(i if row == column else block[3]):
+                    sum_ += <double>value[j] * x[column + j]
+                    found[column + j] += <double>value[j] * x[row + i]
+                if row == column:
+                    sum_ += <double>value[i] * x[row + i]
+                found[row + i] += sum_
 
 
 def stored_places(system, scalars):

@@ -1,6 +1,7 @@
 # The loop of a solve: plain C state, so that an iteration touches no Python object.
 
 from arael.runtime.levenberg.attempt cimport Attempt
+from arael.runtime.levenberg.closer cimport Closer
 
 
 cdef class Minimiser(Attempt):
@@ -15,6 +16,8 @@ cdef class Minimiser(Attempt):
     cdef bint _ending                     # whether components end with what was just done
     cdef bint _asking                     # whether a component asks the last factor for its end
     cdef bint _exact                      # whether the solver keeps a factor
+    cdef bint _alone                      # whether all is one component of one machine
+    cdef Closer _closer                   # made when it is first needed
 
     cdef void _run(self) noexcept nogil
     cdef void _start_components(self) noexcept nogil
@@ -23,6 +26,7 @@ cdef class Minimiser(Attempt):
     cdef void _take_updated_costs(self) noexcept nogil
     cdef void _begin_components(self) noexcept nogil
     cdef void _ask_factor(self) noexcept nogil
+    cdef void _look_closer(self) noexcept nogil
     cdef void _end_at_linearisation(self) noexcept nogil
     cdef void _attempt(self) noexcept nogil
     cdef void _conclude(self) noexcept nogil

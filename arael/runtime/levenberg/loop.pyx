@@ -18,14 +18,15 @@ from arael.runtime.evaluation.evaluation cimport Evaluation
 from arael.runtime.levenberg.attempt cimport Attempt
 from arael.runtime.levenberg.box cimport Box
 from arael.runtime.levenberg.clock cimport seconds
+from arael.runtime.levenberg.closer cimport Closer
 from arael.runtime.levenberg.component cimport Component
 from arael.runtime.levenberg.dogleg cimport dogleg_of
 from arael.runtime.levenberg.ends cimport (
-    after_attempt, at_linearisation, by_last_factor, may_have_ended, noise_of,
+    after_attempt, at_linearisation, by_last_factor, closer_look, may_have_ended, noise_of,
 )
 from arael.runtime.levenberg.record cimport Record
 from arael.runtime.levenberg.settings cimport (
-    ABORTED, COST_THRESHOLD, CUSTOM, RUNNING, Settings, settings_of,
+    ABORTED, CONVERGED, COST_THRESHOLD, CUSTOM, RUNNING, Settings, settings_of,
 )
 from arael.runtime.levenberg.supervised cimport COST, LINEARISE, SOLVE
 from arael.runtime.levenberg.vectors cimport Vectors
@@ -66,6 +67,8 @@ cdef class Minimiser(Attempt):
         self._settings = settings_of(
             config, evaluation.dtype, evaluation.guarded, watched, evaluation.size)
         self._exact = solver.plan.get("solver") != "schur_pcg"
+        # One component, whose matrix is here.
+        self._alone = partition is None and type(box) is Box
         self._separable = separable
         self._driver = config.damping if self._settings.damping == CUSTOM else None
         self._count = self._running = 1
@@ -288,7 +291,36 @@ cdef class Minimiser(Attempt):
                     c, &self._settings, -self.vectors.sums[k].slope, self.dogleg.curvature[k],
                     self.vectors.sums[k].faded)
                 self._ending |= c.verdict != RUNNING
+        if self._alone and self._components[0].verdict == RUNNING:
+            self._look_closer()
         self._lap(SOLVE)
+
+    cdef void _look_closer(self) noexcept nogil:
+        """End where the last factor promises too much, and conjugate gradients show it."""
+        cdef Component* c = &self._components[0]
+        cdef double faded = self.vectors.sums[0].faded, promise = -self.vectors.sums[0].slope
+        cdef double most = closer_look(
+            c, &self._settings, promise, self.dogleg.curvature[0], faded)
+        if most == 0:
+            return
+        if self._closer is None:
+            with gil:
+                self._make_closer()
+            if self._status != RUNNING:
+                return
+        promise = self._closer.promise(self.vectors, self._box, self.solver, promise, most)
+        self._take_failure()
+        if promise >= 0 and self._status == RUNNING:
+            c.predicted_decrease, c.verdict = promise, CONVERGED
+            self._ending = True
+
+    def _make_closer(self):
+        try:
+            self._closer = Closer(self.vectors.n)
+        except KeyboardInterrupt:
+            self._status = ABORTED
+        except BaseException as error:
+            self._failure, self._status = error, ABORTED
 
     cdef void _end_at_linearisation(self) noexcept nogil:
         cdef Py_ssize_t j

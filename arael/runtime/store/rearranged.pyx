@@ -137,11 +137,11 @@ cdef void spread(
         found += k * lanes
 
 
-cdef Py_ssize_t bytes_of_row(array, Py_ssize_t rows, dtype) except -1:
-    """Bytes of a row (of `rows`, ...) of a dtype."""
-    if array.dtype != dtype or len(array) < rows:
-        raise ValueError(f"expected {rows} rows of {dtype}, found {len(array)} of {array.dtype}")
-    return <Py_ssize_t>array.nbytes // len(array) if len(array) else 0
+cdef Py_ssize_t bytes_of_row(array, Py_ssize_t rows) except -1:
+    """Bytes of one of at least so many rows (one or more)."""
+    if len(array) < rows:
+        raise ValueError(f"expected {rows} rows, found {len(array)}")
+    return <Py_ssize_t>array.nbytes // <Py_ssize_t>len(array)
 
 
 def join_columns(list columns, list starts, found):
@@ -149,20 +149,25 @@ def join_columns(list columns, list starts, found):
 
     Parameters
     ----------
-    columns : (rows, ...) each, C order
+    columns : (rows, ...) each
     starts : first scalar of each in a row of `found`
-    found : (rows, width), C order, of the same dtype
+    found : (rows, width), C order
     """
-    cdef Py_ssize_t rows = len(found), size = found.itemsize, k, wide, first
-    cdef Py_ssize_t stride = bytes_of_row(found, rows, found.dtype)
-    cdef char* target = <char*>writable(found, found.dtype)
+    cdef Py_ssize_t rows = len(found), size = found.itemsize, k, wide, first, stride
+    cdef char* target
     cdef char* to
     cdef const char* source
+    if not rows:
+        return
+    stride = bytes_of_row(found, rows)
+    target = <char*>writable(found, found.dtype)
     for column, start in zip(columns, starts):
-        wide, first = bytes_of_row(column, rows, found.dtype), <Py_ssize_t>start * size
+        # Residuals of run time have their parameters in f64, also in a model of f32.
+        column = np.ascontiguousarray(column, found.dtype)
+        wide, first = bytes_of_row(column, rows), <Py_ssize_t>start * size
         if not 0 <= first <= stride - wide:
             raise IndexError(f"columns {start} and {wide // size} more of {stride // size}")
-        source, to = <const char*>address(column, column.dtype), target + first
+        source, to = <const char*>address(column, found.dtype), target + first
         for k in range(rows):
             memcpy(to + k * stride, source + k * wide, wide)
 
@@ -174,13 +179,11 @@ def split_columns(state, list starts, list columns, free, list firsts, list coun
     ----------
     state : (rows or more, width), C order
     starts : first scalar of each column in a row of `state`
-    columns : (rows, ...) each, C order, of the same dtype
+    columns : (rows, ...) each, C order
     free : (rows, tangent) bool, which scalars move; None: all
     firsts, counts : of each column, the scalars of `free` that move it; a count of 0: nothing does
     """
-    cdef Py_ssize_t size = state.itemsize, stride = bytes_of_row(state, 0, state.dtype)
-    cdef Py_ssize_t rows, wide, begin, k, j, tangent = 0, first, count
-    cdef const char* source = <const char*>address(state, state.dtype)
+    cdef Py_ssize_t size, stride, rows, wide, begin, k, j, tangent = 0, first, count
     cdef const char* from_
     cdef const uint8_t* moves = NULL
     cdef char* to
@@ -189,14 +192,17 @@ def split_columns(state, list starts, list columns, free, list firsts, list coun
         moves, tangent = <const uint8_t*>address(free, np.bool_), free.shape[1]
     for column, start, one, several in zip(columns, starts, firsts, counts):
         rows, first, count = len(column), one, several
-        begin, wide = <Py_ssize_t>start * size, bytes_of_row(column, rows, state.dtype)
-        if len(state) < rows or not 0 <= begin <= stride - wide:
+        if not (rows and count):
+            continue
+        alike = np.ascontiguousarray(state, column.dtype)
+        size, stride = alike.itemsize, bytes_of_row(alike, rows)
+        begin, wide = <Py_ssize_t>start * size, bytes_of_row(column, rows)
+        if not 0 <= begin <= stride - wide:
             raise IndexError(f"scalars {start} and {wide // size} more of {stride // size}")
         if moves != NULL and not (len(free) >= rows and 0 <= first <= tangent - count):
             raise IndexError(f"flags {first} and {count} more of {tangent}")
-        if not count:
-            continue
-        from_, to = source + begin, <char*>writable(column, column.dtype)
+        from_ = <const char*>address(alike, column.dtype) + begin
+        to = <char*>writable(column, column.dtype)
         for k in range(rows):
             some = moves == NULL
             for j in range(first, 0 if some else first + count):

@@ -1,0 +1,18 @@
+# What the present linearisation promises, found with the factor of the one before.
+
+from arael.runtime.levenberg.box cimport Box
+from arael.runtime.levenberg.vectors cimport Vectors
+from arael.runtime.linear.base cimport LinearSolver
+
+
+cdef class Closer:
+    cdef object _keep
+    cdef double* _residual      # [n]
+    cdef double* _direction     # [n]
+    cdef double* _product       # [n] of the matrix with the direction
+
+    # g' H^-1 g, if it is found to be at most `most`; else a negative number. The step of `vectors`
+    # is H_old^-1 g with the sign of a step, `promise` its g' H_old^-1 g.
+    cdef double promise(
+        self, Vectors vectors, Box box, LinearSolver solver, double promise, double most
+    ) noexcept nogil
