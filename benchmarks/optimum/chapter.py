@@ -77,7 +77,7 @@ def chapter(found: Sequence[Solved]) -> list[str]:
 def summary(found: Sequence[Solved]) -> list[str]:
     """A row a problem, and what is aimed for beside what was found."""
     rows = []
-    best = fewer = half = above = counted = sooner = reachable = 0
+    best = fewer = half = above = counted = sooner = reachable = alone = 0
     late: list[str] = []
     for solved in found:
         ours, peers = solved.ours, solved.peers()
@@ -113,6 +113,7 @@ def summary(found: Sequence[Solved]) -> list[str]:
             row.append(f"{_ms(ours.to_best()[1])} / {_ms(soon)}")
             row += [sums, f"{_ms(fast.setup)} / {_ms(fast.with_setup)}"]
         else:
+            alone += ended
             mine = ours.to_best()[0]
             row += ["-", "-", "-", f"{_count(mine)} / -", f"{_ms(ours.to_best()[1])} / -"]
             row += [sums, "-"]
@@ -132,6 +133,11 @@ def summary(found: Sequence[Solved]) -> list[str]:
         f"- time to the end at most half of the best peer's: {half} of {counted}; "
         f"above the best peer's: {above}",
     ]
+    if alone:
+        lines.append(
+            f"- only arael ends there on {alone}; with these, attempts as wanted on "
+            f"{fewer + alone} of {total}, time on {half + alone} of {total}"
+        )
     if late:
         lines.append(f"- ratios above {HALF:g}: {', '.join(late)}")
     return lines

@@ -9,7 +9,9 @@ solver refuses. Moves of the mouse are made in two ways, at most one per `PERIOD
 - *mouse*: through the browser's input, as from a mouse; the time begins with the event's own stamp,
   so that it includes what the browser waits before it hands the event to the page.
 
-Reading a pixel back forces the rasterisation, whose end is that of a frame.
+Reading a pixel back forces the rasterisation, whose end is that of a frame. The row *no editor* is
+what the same way takes with a server that returns each message, and a page that draws two hundred
+lines (`floor.py`).
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint, Dimension
 from arael.sketch.document.saved import save
 from benchmarks.measure import table
+from benchmarks.sketch.floor import floor
 from benchmarks.systems import Plan
 
 PER_RECTANGLE = 10
@@ -234,6 +237,11 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
                 ]
             )
             stages += ["", f"{count:,}, {way}:", "", *_stages(found, way == "mouse")]
+    bare = floor(moves, PERIOD)
+    late = int((bare > 16.7).sum())
+    quantiles = (*np.percentile(bare, [50, 95, 99]), bare.max())
+    shown = [f"{x:.1f}" for x in quantiles]
+    rows.append(["no editor", "mouse", "-", *shown, f"{late} of {len(bare)}", "-", "-"])
     head = ["constraints", "moves by", "entities that move", "p50", "p95", "p99", "most"]
     head += ["later than 16.7 ms", "nothing moved", "wanted"]
     return [

@@ -92,8 +92,15 @@ def test_the_summary_sets_arael_beside_the_best_peer(solved: Solved) -> None:
 
 
 def test_peers_that_end_elsewhere_are_no_measure(solved: Solved) -> None:
+    assert "only arael" not in "\n".join(summary([solved]))
     solved.endings[1] = replace(PEER, cost=10.02)
-    assert "| ring | yes | 4 | 5.00 | - | - | - |" in "\n".join(summary([solved]))
+    text = "\n".join(summary([solved]))
+    assert "| ring | yes | 4 | 5.00 | - | - | - |" in text
+    assert "half of the best peer's: 0 of 0" in text
+    assert (
+        "only arael ends there on 1; with these, attempts as wanted on 1 of 1, time on 1 of 1"
+        in text
+    )
 
 
 def test_what_falls_short_is_marked(solved: Solved) -> None:

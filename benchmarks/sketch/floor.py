@@ -1,0 +1,104 @@
+"""What the way from the mouse to the canvas takes in Chromium without an editor.
+
+``python -m benchmarks.sketch.floor PORT`` serves a page with one canvas, which sends every move of
+the mouse over a WebSocket and draws two hundred lines when it comes back; the server returns each
+message as it is. An editor with a server cannot be quicker in the same browser.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_PAGE = Path(__file__).with_name("floor.html")
+_SIZE = {"width": 1280, "height": 800}
+
+
+def floor(moves: int, period: float) -> NDArray[np.float64]:
+    """Milliseconds from the stamp of the mouse's event to the end of the rasterisation.
+
+    Parameters
+    ----------
+    moves : of the mouse, one per `period` milliseconds at most
+
+    Returns
+    -------
+    (n,), the first ones left out
+    """
+    from playwright.sync_api import sync_playwright
+
+    port = _free_port()
+    server = subprocess.Popen([sys.executable, "-m", "benchmarks.sketch.floor", str(port)])
+    try:
+        with sync_playwright() as playwright:
+            chromium = os.environ.get("ARAEL_CHROMIUM") or shutil.which("chromium")
+            browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+            page = browser.new_page(viewport=_SIZE)
+            _open(page, f"http://127.0.0.1:{port}/")
+            for i in range(moves):
+                began = time.perf_counter()
+                page.mouse.move(100 + i % 1000, 200 + i % 50)
+                time.sleep(max(period / 1e3 - (time.perf_counter() - began), 0.0))
+            page.wait_for_timeout(300)
+            found = np.array(page.evaluate("taken"), dtype=np.float64)
+            browser.close()
+    finally:
+        server.terminate()
+        server.wait()
+    return found[len(found) // 10 :]
+
+
+def _open(page: Any, address: str) -> None:
+    """Load the page, as soon as the server answers."""
+    from playwright.sync_api import Error
+
+    for _ in range(100):
+        try:
+            page.goto(address)
+            break
+        except Error:
+            time.sleep(0.1)
+    page.wait_for_function("window.ready")
+    page.wait_for_timeout(500)
+
+
+def _free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+def _serve(port: int) -> None:
+    import uvicorn
+    from starlette.applications import Starlette
+    from starlette.requests import Request
+    from starlette.responses import HTMLResponse
+    from starlette.routing import Route, WebSocketRoute
+    from starlette.websockets import WebSocket, WebSocketDisconnect
+
+    async def page(_: Request) -> HTMLResponse:
+        return HTMLResponse(_PAGE.read_text(encoding="utf-8"))
+
+    async def echo(page: WebSocket) -> None:
+        await page.accept()
+        try:
+            while True:
+                await page.send_bytes(await page.receive_bytes())
+        except WebSocketDisconnect:
+            pass
+
+    routes = [Route("/", page), WebSocketRoute("/echo", echo)]
+    uvicorn.run(Starlette(routes=routes), host="127.0.0.1", port=port, log_level="error")
+
+
+if __name__ == "__main__":
+    _serve(int(sys.argv[1]))
