@@ -16,7 +16,7 @@ from arael.runtime.levenberg.vectors cimport Vectors, real
 from arael.runtime.linear.base cimport LinearSolver
 
 # Steps, each with a product and two triangular solves: an attempt takes a factorisation.
-cdef int STEPS = 3
+cdef int STEPS = 5
 # Part of the curvature of M along a direction that must be left: see `ends.by_last_factor`.
 cdef double ALIKE = 0.5
 
