@@ -45,9 +45,13 @@ def flags(name):
 
 def extension(source):
     """Describe the module made from `source`, a `.pyx` or `.c` file."""
+    import numpy  # a requirement of the build; its headers say where the scalars of arrays are
+
     return Extension(
         ".".join(source.with_suffix("").parts),
         [str(source)],
+        include_dirs=[numpy.get_include()],
+        define_macros=[("NPY_NO_DEPRECATED_API", "NPY_1_7_API_VERSION")],
         extra_compile_args=[
             *flags(source.stem),
             *os.environ.get("ARAEL_RUNTIME_CFLAGS", "").split(),

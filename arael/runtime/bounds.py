@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.failures import SolveError
-from arael.runtime.layout import Column, Entity
+from arael.runtime.layout import Column, Entity, has_some
 from arael.runtime.store.access import Array, Bools, Ints, StoreLike, TableLike
 from arael.runtime.store.bounds import of_model
 
@@ -34,19 +34,22 @@ def ends_of(table: TableLike, column: Column) -> tuple[Floats | None, Floats | N
         own = table.bound(column.path, end)
         if own is not None:
             found.append(np.asarray(own, dtype=np.float64).reshape(table.size, param.tangent))
-        elif _some(of_layout):
+        elif has_some(of_layout):
             found.append(of_model(column, end).reshape(1, param.tangent))
         else:
             found.append(None)
     return found[0], found[1]
 
 
-def bounds_of_scalars(
-    store: StoreLike, entity: Entity, rows: NDArray[np.int64] | slice, count: int, moves: Bools
-) -> tuple[Floats, Floats, bool]:
-    """Bounds (count * tangent,) of the scalars of an entity's rows, and whether there are any.
+def has_bounds(store: StoreLike, entity: Entity, of_model: bool) -> bool:
+    """Whether the scalars of an entity have bounds, by the model (`Layout.bounded`) or in rows."""
+    return of_model or store.tables[entity.table].bounds_version != ()
 
-    They are infinite where held.
+
+def bounds_of_scalars(
+    store: StoreLike, entity: Entity, rows: Ints, count: int, moves: Bools
+) -> tuple[Floats, Floats]:
+    """Bounds (count * tangent,) of the scalars of an entity's rows, infinite where open or held.
 
     Parameters
     ----------
@@ -54,14 +57,11 @@ def bounds_of_scalars(
     moves : (rows of the table, tangent) which scalars move
     """
     table = store.tables[entity.table]
-    found = []
     own = store.layout.table(entity.table)
-    columns = [own.column(use.column) for use in entity.params]
-    if table.bounds_version == () and not any(map(_is_bounded, columns)):
-        return *_all_open(count * entity.tangent), False
-    ends = [ends_of(table, column) for column in columns]
+    ends = [ends_of(table, own.column(use.column)) for use in entity.params]
     if all(low is None and high is None for low, high in ends):
-        return *_all_open(count * entity.tangent), False
+        return all_open(count * entity.tangent)
+    found = []
     for end, open_end in enumerate((-np.inf, np.inf)):
         bounds = np.full((count, entity.tangent), open_end)
         some = False
@@ -74,21 +74,10 @@ def bounds_of_scalars(
         if some and not moves.all():
             bounds[~moves[rows]] = open_end
         found.append(bounds.ravel())
-    return found[0], found[1], True
+    return found[0], found[1]
 
 
-def _is_bounded(column: Column) -> bool:
-    """Whether the model bounds a parameter."""
-    param = column.param
-    return param is not None and (_some(param.low) or _some(param.high))
-
-
-def _some(ends: Sequence[float | None]) -> bool:
-    """Whether some component has a bound."""
-    return ends.count(None) < len(ends)
-
-
-def _all_open(count: int) -> tuple[Floats, Floats]:
+def all_open(count: int) -> tuple[Floats, Floats]:
     """Bounds of scalars that have none."""
     both = np.empty((2, count))
     both[0] = -np.inf

@@ -102,6 +102,11 @@ class Param(msgspec.Struct, frozen=True):
         return ("x", "y", "z")[: self.tangent] if named else ()
 
 
+def has_some(ends: Sequence[float | None]) -> bool:
+    """Whether some component has a bound."""
+    return ends.count(None) < len(ends)
+
+
 class Target(msgspec.Struct, frozen=True):
     """Target of a ref: a table, and the path to the row that owns the collection.
 
@@ -447,6 +452,16 @@ class Group(msgspec.Struct, frozen=True, dict=True):
         return columns_of(self.raw)
 
     @cached_property
+    def uncoupled(self) -> tuple[tuple[int, int], ...]:
+        """`uncoupled_pairs` in order."""
+        return tuple(sorted(uncoupled_pairs(self)))
+
+    @cached_property
+    def lead_pairs(self) -> list[int]:
+        """Pairs of its first lead with the other uses, if it has a lead."""
+        return [pair_of(u, self.lead[0]) for u in range(len(self.uses)) if u != self.lead[0]]
+
+    @cached_property
     def calls_natives(self) -> bool:
         """Whether it calls native functions, which may not bear being called concurrently."""
         tapes = [self.tape] if self.moving_guard is None else [self.tape, self.moving_guard]
@@ -608,6 +623,17 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
     def coupled(self) -> tuple[NDArray[np.uint8], ...]:
         """`coupled_pairs` of all groups."""
         return tuple(coupled_pairs(group) for group in self.groups)
+
+    @cached_property
+    def bounded(self) -> tuple[bool, ...]:
+        """Per entity, whether the model bounds a component of a parameter."""
+        return tuple(
+            any(
+                param is not None and (has_some(param.low) or has_some(param.high))
+                for param in (self.table(e.table).column(use.column).param for use in e.params)
+            )
+            for e in self.entities
+        )
 
     @cached_property
     def readers(self) -> dict[tuple[str, str], tuple[int, ...]]:

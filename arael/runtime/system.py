@@ -6,14 +6,14 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
-from arael.runtime.bounds import Bounded, bounded_of, bounds_of_scalars
+from arael.runtime.bounds import Bounded, all_open, bounded_of, bounds_of_scalars, has_bounds
 from arael.runtime.layout import Entity, Layout, Param, ParamUse
 from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
 from arael.runtime.store.rearranged import all_set, numbered, spread_flags
@@ -21,7 +21,7 @@ from arael.runtime.store.rearranged import all_set, numbered, spread_flags
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)  # not frozen: its constructor would take three times as long
 class EntityBlocks:
     """The rows of one entity as blocks of the system.
 
@@ -49,7 +49,7 @@ class EntityBlocks:
         return np.asarray(self.free.any(axis=1))
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)  # not frozen: its constructor would take three times as long
 class System:
     """Blocks in order of entities as the layout lists them, rows in table order.
 
@@ -216,49 +216,33 @@ def is_frozen(table: str, column: str, frozen: frozenset[str]) -> bool:
 def build_system(store: StoreLike, free: list[Bools]) -> System:
     """Number the blocks of all entities; `free` as `free_scalars` gives it, one per entity."""
     layout = store.layout
-    blocks: list[EntityBlocks] = []
-    starts: list[int] = []
-    sizes: list[Ints] = []
-    held: list[Ints] = []
-    low: list[Floats] = []
-    high: list[Floats] = []
-    block, scalar, bounded = 0, 0, False
-    for entity, moves in zip(layout.entities, free, strict=True):
-        starts.append(scalar)
-        first, number, still, count = numbered(moves, block, scalar)
-        rows = slice(None) if count == len(moves) else np.flatnonzero(first >= 0)
+    rows, sizes, held, starts, size = numbered(free)
+    blocks = []
+    for (first, number, every), moves in zip(rows, free, strict=True):
         one = EntityBlocks(first, number, moves)
-        one.__dict__["every"] = count == len(moves) > 0 and not len(still)  # as it is kept
+        one.__dict__["every"] = every  # as the cached property keeps it
         blocks.append(one)
-        held.append(still)
-        sizes.append(np.full(count, entity.tangent, dtype=np.int64))
-        lower, upper, some = bounds_of_scalars(store, entity, rows, count, moves)
-        low.append(lower)
-        high.append(upper)
-        bounded = bounded or some
-        block += count
-        scalar += entity.tangent * count
-    found = System(
-        layout,
-        store,
-        tuple(blocks),
-        _joined(sizes, np.int64),
-        _joined(held, np.int64),
-        _joined(low, np.float64),
-        _joined(high, np.float64),
-        tuple(starts),
-    )
-    found.__dict__["size"] = scalar  # as the cached property keeps it
-    if not bounded:
+    ends = None
+    if any(map(has_bounds, repeat(store), layout.entities, layout.bounded)):
+        ends = _bounds(store, blocks)
+    low, high = ends or all_open(size)
+    found = System(layout, store, tuple(blocks), sizes, held, low, high, tuple(starts))
+    found.__dict__["size"] = size
+    if ends is None:
         found.__dict__["bounded"] = ()
     return found
 
 
-def _joined(parts: list[NDArray[Any]], dtype: Any) -> NDArray[Any]:
-    """All parts one after another."""
-    if len(parts) == 1:
-        return parts[0]
-    return np.concatenate(parts) if parts else np.zeros(0, dtype)
+def _bounds(store: StoreLike, blocks: Sequence[EntityBlocks]) -> tuple[Floats, Floats]:
+    """Bounds of all scalars of a system."""
+    low: list[Floats] = [np.zeros(0)]
+    high: list[Floats] = [np.zeros(0)]
+    for entity, one in zip(store.layout.entities, blocks, strict=True):
+        rows = np.flatnonzero(one.first >= 0)
+        lower, upper = bounds_of_scalars(store, entity, rows, len(rows), one.free)
+        low.append(lower)
+        high.append(upper)
+    return np.concatenate(low), np.concatenate(high)
 
 
 def hold(system: System, free: list[Bools]) -> System:
@@ -267,41 +251,16 @@ def hold(system: System, free: list[Bools]) -> System:
     Rows in which nothing moves keep their blocks. What moves must have one.
     """
     blocks: list[EntityBlocks] = []
-    held: list[Ints] = []
-    low: list[Floats] = []
-    high: list[Floats] = []
-    for entity, known, start, moves in zip(
-        system.layout.entities, system.blocks, system.starts, free, strict=True
-    ):
+    held: list[Ints] = [np.zeros(0, np.int64)]
+    for known, start, moves in zip(system.blocks, system.starts, free, strict=True):
         blocks.append(EntityBlocks(known.first, known.block, moves))
         inside = moves[known.first >= 0]
         held.append(start + np.flatnonzero(~inside.ravel()))
-        rows = np.flatnonzero(known.first >= 0)
-        for ends, found in zip(
-            (low, high),
-            bounds_of_scalars(system.store, entity, rows, len(rows), moves)[:2],
-            strict=True,
-        ):
-            ends.append(found)
-    return System(
-        system.layout,
-        system.store,
-        tuple(blocks),
-        system.sizes,
-        np.concatenate([np.zeros(0, np.int64), *held]),
-        np.concatenate([np.zeros(0), *low]),
-        np.concatenate([np.zeros(0), *high]),
-        system.starts,
-    )
+    low, high = _bounds(system.store, blocks)
+    return replace(system, blocks=tuple(blocks), held=np.concatenate(held), low=low, high=high)
 
 
 def with_bounds(system: System) -> System:
     """The same system with the bounds that rows have now."""
-    low: list[Floats] = [np.zeros(0)]
-    high: list[Floats] = [np.zeros(0)]
-    for entity, blocks in zip(system.layout.entities, system.blocks, strict=True):
-        rows = np.flatnonzero(blocks.first >= 0)
-        lower, upper, _ = bounds_of_scalars(system.store, entity, rows, len(rows), blocks.free)
-        low.append(lower)
-        high.append(upper)
-    return replace(system, low=np.concatenate(low), high=np.concatenate(high))
+    low, high = _bounds(system.store, system.blocks)
+    return replace(system, low=low, high=high)

@@ -35,7 +35,7 @@ def test_arrays_that_are_too_short_are_refused(evaluation: Any) -> None:
 def test_arrays_with_gaps_and_read_only_ones_are_refused(evaluation: Any) -> None:
     gradient, values = evaluation.workspace()
     gaps = np.zeros(2 * len(gradient) + 2)[::2]
-    with pytest.raises(ValueError, match="not C-contiguous"):
+    with pytest.raises(ValueError, match="contiguous in C order"):
         evaluation.linearised((gaps, values))
     gradient.flags.writeable = False
     with pytest.raises(ValueError, match="read-only"):

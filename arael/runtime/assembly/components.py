@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.placement import uncoupled_pairs
 from arael.runtime.assembly.structure import Structure
 from arael.runtime.assembly.union_find import connected, labels_of_instances, runs_of_values
 from arael.runtime.layout import Group
@@ -135,11 +134,10 @@ def _uncoupled(structure: Structure, groups: Sequence[Group]) -> tuple[Ints, Int
     ones: list[Ints] = []
     others: list[Ints] = []
     for number, group in enumerate(groups):
-        coupled = structure.coupled[number]
-        if np.count_nonzero(coupled) == len(coupled) or not len(structure.placements[number].rows):
+        if not group.uncoupled or not len(structure.placements[number].rows):
             continue
         blocks = blocks_of(structure, number)
-        for a, b in sorted(uncoupled_pairs(group)):
+        for a, b in group.uncoupled:
             both = (blocks[:, a] >= 0) & (blocks[:, b] >= 0)
             ones.append(blocks[both, a])
             others.append(blocks[both, b])

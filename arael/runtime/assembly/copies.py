@@ -14,8 +14,6 @@ from arael.runtime.layout import pair_of
 
 Ints = NDArray[np.int64]
 
-_NONE: Ints = np.zeros((0, 3), dtype=np.int64)
-
 # Scalars of a cache line, so that two shares never write to the same.
 _LINE = 16
 
@@ -39,18 +37,6 @@ class Copies:
     gradient_sums: Ints
     value_sums: Ints
     nowhere: Ints
-
-
-def no_copies(placed: Sequence[list[NDArray[Any]]], pattern: BlockPattern, trash: int) -> Copies:
-    """Targets of a problem that is not split."""
-    return Copies(
-        placed,
-        pattern.size + trash,
-        pattern.value_count + trash**2,
-        _NONE.copy(),
-        _NONE.copy(),
-        np.array([pattern.value_count]),
-    )
 
 
 def copies_of(

@@ -12,6 +12,9 @@ from libc.stdlib cimport calloc, free
 
 from arael.runtime.address cimport address, writable
 
+from arael.runtime.protected import read_only
+from arael.runtime.store.rearranged import spread_all
+
 # Keys for each instance up to which they are counted; a comparison sort takes the others.
 cdef Py_ssize_t SPREAD = 8
 
@@ -59,7 +62,43 @@ def used_rows(list ways, list blocks, Py_ssize_t n, Py_ssize_t nowhere):
     return rows, gradient_at, block
 
 
-def add_keys(block, coupled, Py_ssize_t nb, keys, Py_ssize_t count):
+def uses_and_keys(groups, coupled, slot_rows, active, blocks, Py_ssize_t nb, Py_ssize_t nowhere):
+    """What the active instances of all groups use, and the pairs of blocks that they couple.
+
+    Parameters
+    ----------
+    groups : of the layout
+    coupled : per group (pairs,) uint8, whether some residual reads both uses of a pair
+    slot_rows : per group, (n,) int64 rows of each slot
+    active : per group, its n active rows
+    blocks : `EntityBlocks` of each entity
+    nb : blocks of the system
+    nowhere : scalar that stands for what is not solved for
+
+    Returns
+    -------
+    used : per group (rows, gradient_at, block), (n, uses) int32, int32, int64
+        Row, first scalar (or `nowhere`) and block (or -1) of each entity that an instance uses.
+    keys : (m,) int64, ``lower * nb + higher`` of all pairs of blocks that instances couple
+    behind : how often the leads stand behind other uses in the system, less how often before
+    """
+    cdef Py_ssize_t extent = 0, count = 0, uses, behind = 0
+    used = []
+    for group, ways, rows in zip(groups, slot_rows, active):
+        of = [np.ascontiguousarray(ways[use.slot]) for use in group.uses]
+        one = used_rows(of, [blocks[use.entity] for use in group.uses], len(rows), nowhere)
+        used.append(one)
+        uses = len(of)
+        extent += <Py_ssize_t>len(rows) * (uses * (uses - 1) // 2)
+        if group.lead:
+            behind += leads_behind(one[2], group.lead[0])
+    keys = np.empty(extent, dtype=np.int64)
+    for (_, _, block), chosen in zip(used, coupled):
+        count = add_keys(block, chosen, nb, keys, count)
+    return used, keys if count == extent else keys[:count], behind
+
+
+cdef Py_ssize_t add_keys(block, coupled, Py_ssize_t nb, keys, Py_ssize_t count) except -1:
     """Append ``lower * nb + higher`` of all pairs of blocks that instances couple.
 
     Parameters
@@ -94,7 +133,7 @@ def add_keys(block, coupled, Py_ssize_t nb, keys, Py_ssize_t count):
     return count
 
 
-def leads_behind(block, Py_ssize_t lead):
+cdef Py_ssize_t leads_behind(block, Py_ssize_t lead) except? -1:
     """How often the use `lead` stands behind another one in the system, less how often before."""
     cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, u, found = 0
     cdef const int64_t* at = ints(block)
@@ -146,7 +185,7 @@ def pattern_arrays(sizes, keys, bint by_rows):
 
     Returns
     -------
-    column_start, rows, value_start, offsets : as `BlockPattern` has them
+    column_start, rows, value_start, offsets, size : as `BlockPattern` has them
     value_count : scalars of all blocks
     """
     cdef Py_ssize_t nb = len(sizes), m = len(keys), column, k = 0, count = 0
@@ -194,7 +233,7 @@ def pattern_arrays(sizes, keys, bint by_rows):
     offset[0] = 0
     for column in range(nb):
         offset[column + 1] = offset[column] + size[column]
-    return column_start, rows, value_start, offsets, int(begin[nb])
+    return column_start, rows, value_start, offsets, offset[nb], begin[nb]
 
 
 def diagonal_of(pattern):
@@ -430,6 +469,22 @@ def order_by(keys):
         ends[key[k]] += 1
     free(ends)
     return order
+
+
+def lane_targets(arrays, Py_ssize_t lanes, order, leads):
+    """Targets of a group in lane order, read-only, as `LaneTargets` has them, without `first`.
+
+    Parameters
+    ----------
+    arrays : rows, gradient_at, block_at and turn of its instances, as `Placement` has them
+    lanes : instances of a block
+    order : (n,) int64 instances in the order of the lanes; None: as they come
+    leads : of the group
+    """
+    found = spread_all(arrays, lanes, order)
+    run = shared_rows(found[0], leads, len(arrays[0]))
+    read_only(run)
+    return (*found, run)
 
 
 def shared_rows(rows, leads, Py_ssize_t n):

@@ -46,7 +46,7 @@ class Firsts:
 def plan_firsts(
     groups: Sequence[Group],
     entities: Sequence[Entity],
-    placed: Sequence[list[NDArray[Any]]],
+    placed: Sequence[Sequence[NDArray[Any]]],
     counts: Sequence[int],
     order: Sequence[int],
     may: Sequence[bool],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from arael.runtime.assembly.couplings import keys_of, order_by
-from arael.runtime.layout import Group, pair_of
+from arael.runtime.layout import Group
 from arael.runtime.store.access import Array, Ints
 from arael.runtime.store.rearranged import spread_rows
 
@@ -29,9 +29,7 @@ def order_of(group: Group, rows: Array, block_at: Ints, nowhere: int) -> Ints | 
     """
     if not group.lead or len(rows) < _FEW:
         return None
-    lead = group.lead[0]
-    others = [pair_of(u, lead) for u in range(len(group.uses)) if u != lead]
-    return order_by(keys_of(rows, lead, block_at, others, nowhere))
+    return order_by(keys_of(rows, group.lead[0], block_at, group.lead_pairs, nowhere))
 
 
 def in_lanes(values: Array, lanes: int, order: Array | None = None) -> Array:

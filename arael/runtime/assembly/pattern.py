@@ -15,7 +15,7 @@ from arael.runtime.assembly.couplings import pattern_arrays
 Ints = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)  # not frozen: its constructor would take three times as long
 class BlockPattern:
     """Lower triangle of a symmetric block matrix by block columns.
 
@@ -110,11 +110,12 @@ class BlockPattern:
         """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
         keys = np.sort(keys)
-        start, rows, places, offsets, count = pattern_arrays(sizes, keys, by_rows)
-        names: dict[str, Any] = {} if name_of is None else {"name_of": name_of}
-        found = cls(sizes, start, rows, places, by_rows=by_rows, **names)
+        start, rows, places, offsets, size, count = pattern_arrays(sizes, keys, by_rows)
+        found = cls(sizes, start, rows, places, by_rows=by_rows)
         # As the cached properties keep them.
-        found.__dict__.update(value_count=count, offsets=offsets, size=int(offsets[-1]))
+        found.__dict__.update(value_count=count, offsets=offsets, size=size)
+        if name_of is not None:
+            found.name_of = name_of
         return found
 
     def find(self, rows: Ints, columns: Ints) -> Ints:

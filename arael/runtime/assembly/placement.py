@@ -9,22 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.couplings import (
-    add_keys,
-    has_blocks,
-    leads_behind,
-    placed_pairs,
-    used_rows,
-)
+from arael.runtime.assembly.couplings import has_blocks, placed_pairs, uses_and_keys
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.layout import Group, pair_count, uncoupled_pairs
+from arael.runtime.layout import Group
 from arael.runtime.store.access import Ints
 from arael.runtime.system import System
 
-__all__ = ["Placement", "pattern_and_placements", "uncoupled_pairs"]
 
-
-@dataclass(frozen=True)
+@dataclass(eq=False)  # not frozen: its constructor would take three times as long
 class Placement:
     """Where the contributions of a group's instances go; all arrays are read-only.
 
@@ -70,20 +62,9 @@ def pattern_and_placements(
     active : per group, its active rows
     known : a pattern of the same system, which is returned if it has these blocks
     """
-    used = []
-    extent = behind = 0
-    for group, ways, rows in zip(groups, slot_rows, active, strict=True):
-        of = [np.ascontiguousarray(ways[use.slot]) for use in group.uses]
-        blocks = [system.blocks[use.entity] for use in group.uses]
-        used.append(used_rows(of, blocks, len(rows), system.size))
-        extent += len(rows) * (pair_count(len(of)) - len(of))
-        if group.lead:
-            behind += leads_behind(used[-1][2], group.lead[0])
-    keys = np.empty(extent, dtype=np.int64)
-    nb, count = len(system.sizes), 0
-    for (_, _, block), chosen in zip(used, coupled, strict=True):
-        count = add_keys(block, chosen, nb, keys, count)
-    keys = keys[:count]
+    used, keys, behind = uses_and_keys(
+        groups, coupled, slot_rows, active, system.blocks, len(system.sizes), system.size
+    )
     if known is not None:
         keys.sort()
     # Values lie by rows if most leads stand behind what they are coupled with.

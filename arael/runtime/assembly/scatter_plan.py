@@ -11,13 +11,14 @@ from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement, pattern_and_placements
 from arael.runtime.assembly.positions import diagonal_positions, row_and_column_positions
 from arael.runtime.assembly.share_invariants import check_shares
-from arael.runtime.assembly.shares import Execution, Shares, plan_shares, read_only
+from arael.runtime.assembly.shares import Execution, Shares, plan_shares
 from arael.runtime.layout import Entity, Group, Layout
+from arael.runtime.protected import read_only
 from arael.runtime.store.access import Ints
 from arael.runtime.system import System
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)  # not frozen: its constructor would take three times as long
 class ScatterPlan:
     """Where the contributions of every active instance go. All arrays are read-only.
 

@@ -11,20 +11,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.copies import copies_of, no_copies
-from arael.runtime.assembly.couplings import shared_rows
+from arael.runtime.assembly.copies import copies_of
+from arael.runtime.assembly.couplings import lane_targets
 from arael.runtime.assembly.firsts import plan_firsts
 from arael.runtime.assembly.ordering import order_of
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
 from arael.runtime.layout import Entity, Group
 from arael.runtime.parallel.pool import cores
-from arael.runtime.store.rearranged import spread_all
+from arael.runtime.protected import read_only
 
 Ints = NDArray[np.int64]
 
@@ -67,6 +67,12 @@ _WIDE_ROOM = 0.05
 _CACHED = 8192
 
 
+# What is added at the end, and the ranges of one share, where there is but one.
+_NONE: Ints = np.zeros((0, 3), dtype=np.int64)
+_ONE: Ints = np.array([0, 1], dtype=np.int64)
+read_only(_NONE, _ONE)
+
+
 class Execution(NamedTuple):
     """What the evaluation of the groups requires of a plan.
 
@@ -103,13 +109,7 @@ class LaneTargets(NamedTuple):
     first: NDArray[np.uint8]
 
 
-def read_only(*arrays: NDArray[Any]) -> None:
-    """Protect arrays of a plan from being written."""
-    for array in arrays:
-        array.setflags(write=False)
-
-
-@dataclass(frozen=True)
+@dataclass(eq=False)  # not frozen: its constructor would take three times as long
 class Shares:
     """How the instances of all groups are split. All arrays are read-only.
 
@@ -163,74 +163,98 @@ def plan_shares(
         order_of(group, p.rows, p.block_at, pattern.value_count)
         for group, p in zip(groups, placements, strict=True)
     )
-    found, count = None, _count(sum(work))
-    split = count > 1
-    by_order = [
-        p.arrays(order) if split else list(p.in_order())
-        for p, order in zip(placements, orders, strict=True)
-    ]
-    # What is split is in order already; otherwise the lanes take it in order.
-    still: tuple[Ints | None, ...] = (None,) * len(orders) if split else orders
+    count = _count(sum(work))
+    if count == 1:
+        return _whole(groups, entities, pattern, placements, trash, execution, orders)
+    found = None
+    by_order = [p.arrays(order) for p, order in zip(placements, orders, strict=True)]
     while found is None:
+        if count == 1:
+            return _whole(groups, entities, pattern, placements, trash, execution, orders)
         bounds = tuple(
             _bounds(len(p.rows), width, count if one >= GRAIN else 1, count)
             for p, width, one in zip(placements, widths, work, strict=True)
         )
-        if count == 1:
-            found = no_copies(by_order, pattern, trash)
-            break
         limit = (_ROOM if count <= SHARES else _WIDE_ROOM) * pattern.value_count
         found = copies_of(by_order, widths, bounds, free, pattern, trash, limit)
         if found is None:
             count //= 2
-    # Row, gradient_at, block_at and turn of each group.
     placed = [
-        spread_all(arrays, width, order)
-        for arrays, width, order in zip(found.placed, widths, still, strict=True)
+        lane_targets(arrays, width, None, group.lead)
+        for arrays, width, group in zip(found.placed, widths, groups, strict=True)
     ]
-    runs_of = [
-        shared_rows(lanes[0], group.lead, len(p.rows))
-        for lanes, group, p in zip(placed, groups, placements, strict=True)
-    ]
-    if count == 1 and found.value_extent <= _CACHED:
-        # All values are zeroed and every contribution is added.
-        first = [np.zeros(lanes[2].shape[:2], dtype=np.uint8) for lanes in placed]
-        cleared, ends = np.array([[0, found.value_extent]], dtype=np.int64), np.array([0, 1])
-    else:
-        firsts = plan_firsts(
-            groups,
-            entities,
-            [lanes[2:4] for lanes in placed],
-            [len(p.rows) for p in placements],
-            # Places belong to one share each, where groups take turns; what is left whole comes
-            # last, and takes its turn with the others if nothing is split.
-            sorted(range(len(groups)), key=lambda g: count > 1 and not free[g]),
-            stores,
-            found.nowhere,
-            found.value_extent,
-            count,
-        )
-        first, cleared, ends = firsts.first, firsts.cleared, firsts.ends
-    shares = Shares(
+    firsts = plan_firsts(
+        groups,
+        entities,
+        [lanes[2:4] for lanes in placed],
+        [len(p.rows) for p in placements],
+        # Places belong to one share each, where groups take turns; what is left whole comes last.
+        sorted(range(len(groups)), key=lambda g: not free[g]),
+        stores,
+        found.nowhere,
+        found.value_extent,
+        count,
+    )
+    read_only(*bounds, *(o for o in orders if o is not None), *firsts.first)
+    read_only(found.gradient_sums, found.value_sums, found.nowhere, firsts.cleared, firsts.ends)
+    return Shares(
         count,
         bounds,
         orders,
-        tuple(
-            LaneTargets(lanes[0], lanes[1], lanes[2], lanes[3], run, one)
-            for lanes, run, one in zip(placed, runs_of, first, strict=True)
-        ),
+        tuple(LaneTargets(*lanes, one) for lanes, one in zip(placed, firsts.first, strict=True)),
         found.gradient_extent,
         found.value_extent,
         found.gradient_sums,
         found.value_sums,
         found.nowhere,
+        firsts.cleared,
+        firsts.ends,
+    )
+
+
+def _whole(
+    groups: Sequence[Group],
+    entities: Sequence[Entity],
+    pattern: BlockPattern,
+    placements: Sequence[Placement],
+    trash: int,
+    execution: Execution,
+    orders: tuple[Ints | None, ...],
+) -> Shares:
+    """A problem that is not split: one share, without copies and what is added at the end."""
+    placed = [
+        # Row, gradient_at, block_at and turn of each group.
+        lane_targets(p.in_order(), width, order, group.lead)
+        for p, width, order, group in zip(placements, execution.widths, orders, groups, strict=True)
+    ]
+    extent = pattern.value_count + trash**2
+    nowhere = np.array([pattern.value_count], dtype=np.int64)
+    if extent <= _CACHED:
+        # All values are zeroed and every contribution is added.
+        first = [np.zeros(lanes[2].shape[:2], dtype=np.uint8) for lanes in placed]
+        cleared, ends = np.array([[0, extent]], dtype=np.int64), _ONE
+    else:
+        counts, order = [len(p.rows) for p in placements], range(len(groups))
+        targets = [lanes[2:4] for lanes in placed]
+        firsts = plan_firsts(
+            groups, entities, targets, counts, order, execution.overwrites, nowhere, extent, 1
+        )
+        first, cleared, ends = firsts.first, firsts.cleared, firsts.ends
+    bounds = tuple([np.array([0, len(lanes[0])], dtype=np.int64) for lanes in placed])
+    read_only(nowhere, cleared, ends, *bounds, *first, *(o for o in orders if o is not None))
+    return Shares(
+        1,
+        bounds,
+        orders,
+        tuple([LaneTargets(*lanes, one) for lanes, one in zip(placed, first, strict=True)]),
+        pattern.size + trash,
+        extent,
+        _NONE,
+        _NONE,
+        nowhere,
         cleared,
         ends,
     )
-    read_only(*bounds, *(o for o in orders if o is not None))
-    read_only(*runs_of, *first)
-    read_only(shares.gradient_sums, shares.value_sums, shares.nowhere, cleared, ends)
-    return shares
 
 
 def _count(nanoseconds: float) -> int:
@@ -251,7 +275,5 @@ def _nanoseconds(group: Group) -> float:
 
 def _bounds(instances: int, width: int, parts: int, count: int) -> Ints:
     blocks = -(-instances // width)
-    if count == 1:
-        return np.array([0, blocks], dtype=np.int64)
     ends = np.arange(count + 1, dtype=np.int64) * blocks // count
     return ends if parts > 1 else np.where(np.arange(count + 1) > 0, blocks, 0).astype(np.int64)

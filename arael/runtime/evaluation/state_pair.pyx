@@ -238,9 +238,18 @@ cdef class StatePair:
 
     def start_at(self, Py_ssize_t e, stored):
         """Let the rows of an entity stand at other stored scalars (rows, stored)."""
-        cdef Py_ssize_t rows = self.entities[e].rows, width = self.entities[e].stored
+        cdef Py_ssize_t rows = self.entities[e].rows, k, wide, stride
+        cdef const char* from_
+        cdef char* to
         for which in range(2):
-            self.arrays[which][e][:rows, :width] = stored
+            array = self.arrays[which][e]
+            given = np.ascontiguousarray(stored, array.dtype)
+            wide = self.entities[e].stored * <Py_ssize_t>array.itemsize
+            stride = self.entities[e].stride * <Py_ssize_t>array.itemsize
+            from_ = <const char*>address(given, array.dtype, rows * self.entities[e].stored)
+            to = <char*>writable(array, array.dtype, rows * self.entities[e].stride)
+            for k in range(rows):
+                memcpy(to + k * stride, from_ + k * wide, wide)
         self._settle(e)
         self._raised.again()
 

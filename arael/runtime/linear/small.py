@@ -9,12 +9,13 @@ This module imports none of what the analysis needs.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.base import LinearSolver
 from arael.runtime.linear.dense import DenseSolver
-from arael.runtime.linear.price import dense_cost
+from arael.runtime.linear.price import Cost, dense_cost
 
 #: Unknowns up to which `auto` takes the dense solver.
 SMALL = 64
@@ -30,15 +31,24 @@ def small_solver(
     if name != "auto" or options or pattern.size > SMALL:
         return None
     solver = DenseSolver(pattern, single)
-    cost = dense_cost(pattern.size, single)
-    unknowns = f"{pattern.size} unknown{'' if pattern.size == 1 else 's'}"
+    cost, why = _reason(pattern.size, single)
     solver.plan.update(
         asked=name,
-        why=f"dense is predicted to factorise {unknowns} in {cost.milliseconds:.3g} ms; up to "
-        f"{SMALL} unknowns it is taken without comparing others, which would take longer than it",
+        why=why,
         precision="f32" if single else "f64",
         predicted_ms=cost.milliseconds,
         orderings={},
         costs={"dense": cost.as_dict()},
     )
     return solver
+
+
+@lru_cache(maxsize=2 * SMALL)
+def _reason(size: int, single: bool) -> tuple[Cost, str]:
+    """The price of so many unknowns, and why the dense solver is taken."""
+    cost = dense_cost(size, single)
+    return cost, (
+        f"dense is predicted to factorise {size} unknown{'' if size == 1 else 's'} in "
+        f"{cost.milliseconds:.3g} ms; up to {SMALL} unknowns it is taken without comparing others, "
+        "which would take longer than it"
+    )

@@ -3,9 +3,10 @@
 
 import numpy as np
 
-from cpython.buffer cimport PyBUF_SIMPLE, PyBuffer_Release, PyObject_GetBuffer
 from libc.stdint cimport uint64_t
 from libc.string cimport memcpy, memset
+
+from arael.runtime.address cimport address
 
 # Odd, with about as many ones as zeros: the golden ratio as a fraction of 2^64.
 cdef uint64_t FACTOR = <uint64_t>0x9E3779B97F4A7C15
@@ -41,13 +42,12 @@ def fingerprint(array):
     through a view has changed since a solve.
     """
     cdef uint64_t[4] sums = [1, 2, 3, 4]
-    cdef Py_buffer view
     if not array.flags.c_contiguous:
         array = np.ascontiguousarray(array)
-    PyObject_GetBuffer(array, &view, PyBUF_SIMPLE)
+    cdef const unsigned char* data = <const unsigned char*>address(array, array.dtype)
+    cdef Py_ssize_t size = array.nbytes
     with nogil:
-        mix(sums, <const unsigned char*>view.buf, view.len)
-    PyBuffer_Release(&view)
+        mix(sums, data, size)
     return sums[0], sums[1], sums[2], sums[3], array.shape, array.dtype.char
 
 
@@ -59,12 +59,10 @@ def fingerprint_of_flags(list arrays):
     arrays : bool arrays, C order, the same ones in the same order each time
     """
     cdef uint64_t[4] sums = [1, 2, 3, 4]
-    cdef Py_buffer view
+    cdef const unsigned char* data
     cdef Py_ssize_t size
     for array in arrays:
-        PyObject_GetBuffer(array, &view, PyBUF_SIMPLE)
-        size = view.len
+        data, size = <const unsigned char*>address(array, np.bool_), array.nbytes
         mix(sums, <const unsigned char*>&size, sizeof(size))
-        mix(sums, <const unsigned char*>view.buf, size)
-        PyBuffer_Release(&view)
+        mix(sums, data, size)
     return sums[0], sums[1], sums[2], sums[3]

@@ -41,5 +41,11 @@ def spread_flags(
 ) -> None: ...
 def all_set(flags: NDArray[np.bool_]) -> bool: ...
 def numbered(
-    flags: NDArray[np.bool_], block: int, scalar: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], int]: ...
+    flags: list[NDArray[np.bool_]],
+) -> tuple[
+    list[tuple[NDArray[np.int64], NDArray[np.int64], bool]],
+    NDArray[np.int64],
+    NDArray[np.int64],
+    list[int],
+    int,
+]: ...

@@ -411,44 +411,63 @@ def all_set(flags):
     return n > 0
 
 
-def numbered(flags, Py_ssize_t block, Py_ssize_t scalar):
-    """Number the rows of which a scalar moves, and their scalars.
+def numbered(list flags):
+    """Number the rows of which a scalar moves, and their scalars, of several tables in turn.
 
     Parameters
     ----------
-    flags : (n, width) bool, scalars that move
-    block, scalar : numbers of the first row and of its first scalar
+    flags : (n, width) bool of each table, scalars that move
 
     Returns
     -------
-    first : (n,) int64, first scalar of each row; -1 of a row in which nothing moves
-    number : (n,) int64, its number, or -1
+    rows : (first, number, every) of each table
+        (n,) int64 first scalar of each row, or -1 of a row in which nothing moves; (n,) int64 its
+        number, or -1; whether all scalars of all rows move, and there are some.
+    sizes : (rows that are numbered,) int64, scalars of each
     held : int64, scalars of these rows that do not move, ascending
-    count : rows in which something moves
+    starts : number of the first scalar of each table
+    count : scalars of all rows that are numbered
     """
-    cdef Py_ssize_t n = flags.shape[0], width = flags.shape[1], k, c, moving, begin = block
-    cdef Py_ssize_t kept = 0
-    cdef const uint8_t* flag = <const uint8_t*>address(flags, np.bool_)
-    firsts, numbers = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-    cdef int64_t* first = <int64_t*>writable(firsts, np.int64)
-    cdef int64_t* number = <int64_t*>writable(numbers, np.int64)
-    for k in range(n):
-        moving = 0
-        for c in range(width):
-            moving += flag[k * width + c]
-        first[k] = number[k] = -1
-        if moving:
-            first[k], number[k] = scalar, block
-            scalar += width
-            block += 1
-            kept += width - moving
+    cdef Py_ssize_t n, width, k, c, moving, some, block = 0, scalar = 0, kept = 0, extent = 0
+    cdef const uint8_t* flag
+    cdef int64_t* first
+    cdef int64_t* number
+    for one in flags:
+        extent += <Py_ssize_t>len(one)
+    all_sizes = np.empty(extent, dtype=np.int64)
+    cdef int64_t* size = <int64_t*>writable(all_sizes, np.int64)
+    rows, starts = [], []
+    for one in flags:
+        n, width = one.shape[0], one.shape[1]
+        flag = <const uint8_t*>address(one, np.bool_)
+        both = np.empty((2, n), dtype=np.int64)
+        first = <int64_t*>writable(both, np.int64)
+        number = first + n
+        starts.append(scalar)
+        some = 0
+        for k in range(n):
+            moving = 0
+            for c in range(width):
+                moving += flag[k * width + c]
+            some += moving
+            first[k] = number[k] = -1
+            if moving:
+                first[k], number[k], size[block] = scalar, block, width
+                scalar += width
+                block += 1
+                kept += width - moving
+        rows.append((both[0], both[1], n * width == some > 0))
     held = np.empty(kept, dtype=np.int64)
     cdef int64_t* to = <int64_t*>writable(held, np.int64)
-    for k in range(n):
-        if not kept:
-            break
-        for c in range(width if first[k] >= 0 else 0):
-            if not flag[k * width + c]:
-                to[0] = first[k] + c
-                to += 1
-    return firsts, numbers, held, block - begin
+    for one, (firsts, _, every) in zip(flags, rows):
+        if not kept or every:
+            continue
+        n, width = one.shape[0], one.shape[1]
+        flag = <const uint8_t*>address(one, np.bool_)
+        first = <int64_t*>writable(firsts, np.int64)
+        for k in range(n):
+            for c in range(width if first[k] >= 0 else 0):
+                if not flag[k * width + c]:
+                    to[0] = first[k] + c
+                    to += 1
+    return rows, all_sizes if block == extent else all_sizes[:block].copy(), held, starts, scalar

@@ -151,13 +151,21 @@ def test_rows_are_followed_and_what_is_absent_stays_absent() -> None:
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 1.0])
 @pytest.mark.parametrize("shape", [(0, 3), (1, 1), (17, 3), (5, 0)])
 def test_rows_in_which_something_moves_are_numbered(share: float, shape: tuple[int, int]) -> None:
-    flags = np.random.default_rng(3).random(shape) < share
-    first, number, held, count = numbered(flags, 4, 30)
-    rows = np.flatnonzero(flags.any(axis=1))
-    assert count == len(rows)
-    expected = np.full(len(flags), -1)
-    expected[rows] = 4 + np.arange(count)
-    np.testing.assert_array_equal(number, expected)
-    expected[rows] = 30 + shape[1] * np.arange(count)
-    np.testing.assert_array_equal(first, expected)
-    np.testing.assert_array_equal(held, 30 + np.flatnonzero(~flags[rows].ravel()))
+    rng = np.random.default_rng(3)
+    tables = [rng.random(shape) < share, np.ones((2, 2), dtype=bool), rng.random(shape) < share]
+    rows, sizes, held, starts, size = numbered(tables)
+    block = scalar = 0
+    still = []
+    for flags, (first, number, every), start in zip(tables, rows, starts, strict=True):
+        moving = np.flatnonzero(flags.any(axis=1))
+        assert start == scalar and every == (flags.size > 0 and flags.all())
+        expected = np.full(len(flags), -1)
+        expected[moving] = block + np.arange(len(moving))
+        np.testing.assert_array_equal(number, expected)
+        expected[moving] = scalar + flags.shape[1] * np.arange(len(moving))
+        np.testing.assert_array_equal(first, expected)
+        np.testing.assert_array_equal(sizes[block : block + len(moving)], flags.shape[1])
+        still.append(scalar + np.flatnonzero(~flags[moving].ravel()))
+        block, scalar = block + len(moving), scalar + flags[moving].size
+    assert (len(sizes), size) == (block, scalar)
+    np.testing.assert_array_equal(held, np.concatenate(still))
