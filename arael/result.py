@@ -74,7 +74,7 @@ class Result(Displayed):
     predicted_decrease : decrease of the cost that the last linearisation that was factorised
         predicts for its undamped step, ``g' (J'J)^-1 g``; where steps were damped, that of the
         least damped one, which is a lower bound. NaN if there was no step. Where the factor before
-        showed the end, of the last linearisation with that factor.
+        showed the end, of the last linearisation with that factor, before the step at the end.
     gradient_norm : ``sqrt(sum_i g_i^2 / (J'J)_ii)`` with ``g = J'r``, at the last linearisation
         In the unit of residuals: its square bounds the decrease by moving one parameter alone.
     noise_floor : rounding noise of the cost at the last linearisation, estimated

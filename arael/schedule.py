@@ -99,6 +99,8 @@ def chosen_passes(
     """
     if passes is None:
         return layout.passes or _PLAIN
+    if isinstance(passes, layouts.LayoutPass):
+        return (passes,)
     known = {one.name: one for one in layout.passes}
     chosen: list[layouts.LayoutPass] = []
     wanted = [passes] if isinstance(passes, str | Pass | layouts.LayoutPass) else passes

@@ -108,7 +108,8 @@ def test_the_promise_of_the_last_factor_is_that_of_a_new_one(
     load: Load, text: str, family: Any, scale: float
 ) -> None:
     saved = 0
-    for model in family(load(text.replace("WHEN ", "").replace("LOSS ", "")), scale):
+    kind = load(text.replace("WHEN ", "").replace("LOSS ", ""))
+    for model, twin in zip(family(kind, scale), family(kind, scale), strict=True):
         result = model.solve(rel_precision=1e-7)
         assert result.status == "converged"
         last = result.history[-1]
@@ -116,7 +117,13 @@ def test_the_promise_of_the_last_factor_is_that_of_a_new_one(
             continue
         saved += 1
         assert result.predicted_decrease <= 1e-7 * result.end_cost
-        assert result.predicted_decrease == pytest.approx(promise(model), rel=0.3, abs=1e-14)
+        # A twin that may not end so soon stays where the last attempt came to.
+        before = twin.solve(rel_precision=0, max_iters=result.iterations)
+        assert before.end_cost == pytest.approx(float(last["trial_cost"]), rel=1e-12)
+        assert result.predicted_decrease == pytest.approx(promise(twin), rel=0.3, abs=1e-14)
+        # The step that showed the end is taken, and brings most of what was left.
+        assert result.end_cost <= before.end_cost
+        assert promise(model) <= 0.2 * promise(twin) + 1e-14
     assert saved >= 6
 
 
@@ -138,7 +145,8 @@ def test_curvature_that_has_grown_promises_no_more(load: Load) -> None:
     result = load(GROWS)(left=1e-4).solve(rel_precision=1e-7)
     assert (result.status, result.iterations) == ("converged", 1)
     assert result.predicted_decrease == pytest.approx(1e-8, rel=1e-3)
-    assert result.end_cost == pytest.approx(100 + 1e-8, rel=1e-12)
+    # The steps of conjugate gradients are taken.
+    assert 100 <= result.end_cost < 100 + 1e-10
 
 
 def test_curvature_that_has_grown_promises_no_more_in_f32(load: Load) -> None:

@@ -41,7 +41,8 @@ last pass, which is the whole problem).
   first allocations included; programs in C++ and Rust read columns, all others, and arael, the
   text of the file.
 - **Attempts** at a step, rejected ones counted; of Gauss-Newton and dogleg in GTSAM, and of
-  dogleg in g2o, iterations.
+  dogleg in g2o, iterations. The step that arael may take at its end, without a linearisation and a
+  factorisation, belongs to the attempt before.
 - **Best known.** Systems weigh errors of rotation differently, so each is measured by its own cost:
   the best known is the least that any of its runs reached, one that starts from the best answer of
   all systems included (graphs and bundles). `above` is how far the end lies above it; `to best`

@@ -107,9 +107,10 @@ class Arael:
         self.last, self.spent = (way, limit), spent
         ends *= min(1.0, spent / ends[-1]) if ends[-1] > 0 else 1.0
         costs = np.where(history["accepted"], history["trial_cost"], history["cost"])
-        path.costs = [result.start_cost, *costs.tolist()]
+        # The last attempt includes the step at the end, without a factorisation.
+        path.costs = [result.start_cost, *costs[:-1].tolist(), result.end_cost]
         path.counts = list(range(len(path.costs)))
-        path.times = (spent - ends[-1] + ends).tolist()
+        path.times = [*(spent - ends[-1] + ends[:-1]).tolist(), spent]
         return f"{result.status}{words}, {result.plan['solver']}"
 
     def _solve(self, instance: Any, way: str, limit: int) -> tuple[Any, str]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from operator import eq
 from typing import Any
 
 from arael.runtime.layout import Layout
-from arael.runtime.store.access import StoreLike
-from arael.runtime.store.fingerprint import fingerprint
+from arael.runtime.store.access import Array, StoreLike, TableLike
+from arael.runtime.store.fingerprint import fingerprints
 
 
 class Watch:
@@ -20,37 +21,41 @@ class Watch:
         self._tables: dict[str, list[tuple[str, tuple[int, ...]]]] = {}
         for (table, column), groups in layout.readers.items():
             self._tables.setdefault(table, []).append((column, groups))
-        self._seen: dict[tuple[str, str], Any] = {}
+        # By table: the version of its data if that is counted, else what was in its columns.
+        self._seen: dict[str, Any] = {}
 
     def changed(self, store: StoreLike) -> set[int]:
         """Numbers of the groups whose data has changed since the last time; at first all."""
         found: set[int] = set()
         for path, columns in self._tables.items():
             table = store.tables[path]
-            version = table.data_version
-            if version is not None:
-                if self._seen.get((path, "")) != version:
-                    self._seen[path, ""] = version
-                    for _, groups in columns:
-                        found.update(groups)
+            before, now = self._seen.get(path), table.data_version
+            if now is None:
+                now = fingerprints([_content(table, column) for column, _ in columns])
+            if now == before:
                 continue
-            for column, groups in columns:
-                if column.endswith("?"):
-                    now = fingerprint(table.present(column[:-1]))
-                else:
-                    now = fingerprint(table.column(column))
-                if self._seen.get((path, column)) != now:
-                    self._seen[path, column] = now
+            self._seen[path] = now
+            if isinstance(now, list) and isinstance(before, list):
+                same = list(map(eq, now, before))
+            else:
+                same = [False] * len(columns)
+            for (_, groups), as_before in zip(columns, same, strict=True):
+                if not as_before:
                     found.update(groups)
         return found
 
     def same_table(self, path: str, other: Watch) -> bool:
         """Whether a table whose data is counted was the same when `other` last looked."""
-        now = self._seen.get((path, ""))
-        return now is not None and other._seen.get((path, "")) == now
+        now = self._seen.get(path)
+        return now is not None and not isinstance(now, list) and other._seen.get(path) == now
 
     def copy(self) -> Watch:
         """Return one that remembers the same."""
         other = object.__new__(Watch)
         other._tables, other._seen = self._tables, dict(self._seen)
         return other
+
+
+def _content(table: TableLike, column: str) -> Array:
+    """What a table has in a column, or where a struct is present (``path?``)."""
+    return table.present(column[:-1]) if column.endswith("?") else table.column(column)

@@ -68,11 +68,12 @@ cdef class Closer:
     """
 
     def __init__(self, Py_ssize_t n):
-        vectors = np.empty((3, max(n, 1)))
+        vectors = np.empty((4, max(n, 1)))
         self._keep = vectors
         self._residual = <double*>writable(vectors[0], np.float64, n)
         self._direction = <double*>writable(vectors[1], np.float64, n)
         self._product = <double*>writable(vectors[2], np.float64, n)
+        self._solution = <double*>writable(vectors[3], np.float64, n)
 
     cdef double promise(
         self, Vectors vectors, Box box, LinearSolver solver, double promise, double most
@@ -80,6 +81,7 @@ cdef class Closer:
         cdef Py_ssize_t n = vectors.n, i
         cdef double* r = self._residual
         cdef double* p = self._direction
+        cdef double* x = self._solution
         cdef double shown = 0, rest = promise, old = promise, alpha, curvature, before
         cdef int step
         if vectors.single:
@@ -90,6 +92,7 @@ cdef class Closer:
             widen(<const double*>vectors.step, n, p)
         for i in range(n):
             r[i] = -r[i]
+            x[i] = 0
         for step in range(STEPS + 1):
             box.product(vectors.values, p, self._product)
             curvature = dot(n, p, self._product)
@@ -98,6 +101,10 @@ cdef class Closer:
             if not curvature >= ALIKE * old:
                 return -1
             if step > 0 and shown + rest * max(1.0, old / curvature) <= most:
+                if vectors.single:
+                    narrow(x, n, <float*>vectors.step)
+                else:
+                    narrow(x, n, <double*>vectors.step)
                 return shown + rest * max(1.0, old / curvature)
             if step == STEPS:
                 break
@@ -106,6 +113,7 @@ cdef class Closer:
             if not shown <= most:
                 return -1
             for i in range(n):
+                x[i] += alpha * p[i]
                 r[i] -= alpha * self._product[i]
             before = rest
             if vectors.single:

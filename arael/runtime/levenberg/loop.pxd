@@ -27,6 +27,7 @@ cdef class Minimiser(Attempt):
     cdef void _begin_components(self) noexcept nogil
     cdef void _ask_factor(self) noexcept nogil
     cdef void _look_closer(self) noexcept nogil
+    cdef void _correct(self) noexcept nogil
     cdef void _end_at_linearisation(self) noexcept nogil
     cdef void _attempt(self) noexcept nogil
     cdef void _conclude(self) noexcept nogil

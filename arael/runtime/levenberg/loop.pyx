@@ -28,7 +28,7 @@ from arael.runtime.levenberg.record cimport Record
 from arael.runtime.levenberg.settings cimport (
     ABORTED, CONVERGED, COST_THRESHOLD, CUSTOM, RUNNING, Settings, settings_of,
 )
-from arael.runtime.levenberg.supervised cimport COST, LINEARISE, SOLVE
+from arael.runtime.levenberg.supervised cimport COST, LINEARISE, REFRESH, SOLVE
 from arael.runtime.levenberg.vectors cimport Vectors
 from arael.runtime.linear.base cimport LinearSolver
 
@@ -294,6 +294,43 @@ cdef class Minimiser(Attempt):
         if self._alone and self._components[0].verdict == RUNNING:
             self._look_closer()
         self._lap(SOLVE)
+        if self._ending and self._status == RUNNING:
+            self._correct()
+
+    cdef void _correct(self) noexcept nogil:
+        """Take the steps that showed an end, where they lower the cost.
+
+        A step with the last factor and the present gradient, of the simplified Newton method: it
+        takes neither a linearisation nor a factorisation, and leaves a small part of what was
+        promised (Shamanskii, "A modification of Newton's method", 1967). What is reported as
+        predicted is what was left before.
+        """
+        cdef Py_ssize_t j, k
+        cdef Component* c
+        cdef bint sound, some = False, every = self.vectors.active_count == self._count
+        self._mark = seconds()
+        self.evaluation.states.move(self.vectors.step, self.vectors.threads)
+        self._lap(REFRESH)
+        self._take_costs(1 - self.evaluation.states.current)
+        sound = not (self.evaluation.raised.any or self.solver.raised.any)
+        for j in range(self.vectors.active_count):
+            k = self.vectors.active[j]
+            c = &self._components[k]
+            self._accepts[k] = (
+                sound and c.asked and c.verdict == CONVERGED and self._sums[k] < c.cost)
+            every &= self._accepts[k]
+            if self._accepts[k]:
+                some = True
+                self.current_cost += self._sums[k] - c.cost
+                c.cost = self._sums[k]
+        if every:
+            self.evaluation.states.accept()
+        elif some:
+            self.evaluation.states.accept_chosen(self._accepts, self._component)
+        if every and self._count == 1:
+            self.current_cost = self._components[0].cost
+        self._lap(COST)
+        self._take_failure()
 
     cdef void _look_closer(self) noexcept nogil:
         """End where the last factor promises too much, and conjugate gradients show it."""

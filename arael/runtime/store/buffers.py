@@ -25,12 +25,14 @@ class Buffers:
         self._arrays: dict[str, Array] = {}
         # Views of the present window by name: a solve looks at each column several times.
         self._views: dict[str, Array] = {}
+        self._several: dict[tuple[str, ...], list[Array]] = {}
         self._window = (0, 0)
 
     def add(self, name: str, dtype: Any, shape: tuple[int, ...] = ()) -> None:
         """Declare a column; to be called before rows are added."""
         self._arrays[name] = np.empty((self._capacity, *shape), dtype)
         self._views.pop(name, None)
+        self._several.clear()
 
     def __len__(self) -> int:
         """Number of columns."""
@@ -47,11 +49,25 @@ class Buffers:
     def view(self, name: str) -> Array:
         """Live view (size, *shape) of a column."""
         if self._window != (self.start, self.size):
-            self._views.clear()
-            self._window = self.start, self.size
+            self._follow()
         found = self._views.get(name)
         if found is None:
             found = self._views[name] = self._arrays[name][self.start : self.start + self.size]
+        return found
+
+    def _follow(self) -> None:
+        """Forget the views of another window."""
+        self._views.clear()
+        self._several.clear()
+        self._window = self.start, self.size
+
+    def views(self, names: tuple[str, ...]) -> list[Array]:
+        """Live views of several columns."""
+        if self._window != (self.start, self.size):
+            self._follow()
+        found = self._several.get(names)
+        if found is None:
+            found = self._several[names] = [self.view(name) for name in names]
         return found
 
     def grow_back(self, count: int) -> bool:
@@ -82,6 +98,7 @@ class Buffers:
         moved = self.size > 0
         self._capacity, self.start = capacity, start
         self._views.clear()
+        self._several.clear()
         return moved
 
     def drop_front(self, count: int) -> None:

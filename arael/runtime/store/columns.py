@@ -12,7 +12,7 @@ from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store import bounds
 from arael.runtime.store.buffers import Buffers
-from arael.runtime.store.fingerprint import fingerprint, fingerprint_of_flags
+from arael.runtime.store.fingerprint import fingerprint_of_flags, fingerprints
 from arael.runtime.store.messages import Origin, error, unknown_field
 from arael.runtime.store.rearranged import rows_where
 from arael.runtime.store.schema import Group, Leaf, fields_of
@@ -97,8 +97,8 @@ class Columns:
         ]
         self._declared = len(self.buffers)  # further columns are added as they are needed
         self._known = -1  # columns when these were listed
-        self._own_bounds: list[str] = []
-        self._own_flags: list[str] = []
+        self._own_bounds: tuple[str, ...] = ()
+        self._own_flags: tuple[str, ...] = ()
         self._ancestors = {
             path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
             for path in (*self.data, *self.optionals, *(v.path for v in table.values))
@@ -201,7 +201,7 @@ class Columns:
     def bounds_version(self) -> Any:
         """Differs from what it was whenever bounds of rows do; () while all are of the model."""
         self._list_own()
-        return tuple([fingerprint(self.buffers.view(name)) for name in self._own_bounds])
+        return tuple(fingerprints(self.buffers.views(self._own_bounds)))
 
     def flags_of_new(self, column: layout.Column) -> dict[str, Array]:
         """Flags and bounds of new rows of a parameter, by path; each is one value for all."""
@@ -240,16 +240,15 @@ class Columns:
     def flags_version(self) -> Any:
         """Differs from what it was whenever `free` of a parameter or of a part of it does."""
         self._list_own()
-        view = self.buffers.view
-        return fingerprint_of_flags([view(name) for name in self._own_flags])
+        return fingerprint_of_flags(self.buffers.views(self._own_flags))
 
     def _list_own(self) -> None:
         """List the columns of bounds and of flags that there are; a solve asks several times."""
         there = self.buffers
         if self._known == len(there):
             return
-        self._own_flags = [*self._flags, *(name for name in self._added_flags if name in there)]
-        self._own_bounds = [name for name in self._added_bounds if name in there]
+        self._own_flags = (*self._flags, *(name for name in self._added_flags if name in there))
+        self._own_bounds = tuple(name for name in self._added_bounds if name in there)
         self._known = len(there)
 
     def leaf(self, path: str, origin: Origin) -> Leaf:

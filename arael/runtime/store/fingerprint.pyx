@@ -51,6 +51,11 @@ def fingerprint(array):
     return sums[0], sums[1], sums[2], sums[3], array.shape, array.dtype.char
 
 
+def fingerprints(list arrays):
+    """List of the `fingerprint` of each array."""
+    return [fingerprint(array) for array in arrays]
+
+
 def fingerprint_of_flags(list arrays):
     """Four numbers that differ when the length or the content of some contiguous array does.
 
