@@ -6,8 +6,9 @@
 import { Annotations } from "./annotations.js";
 import { drawGrid, drawScaleBar } from "./background.js";
 import { Batches } from "./batches.js";
-import { drawOverlay } from "./overlay.js";
+import { drawOverlay, hasOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
+import { Swept } from "./swept.js";
 
 /** @typedef {import("../types.js").Point} Point */
 
@@ -43,6 +44,8 @@ export class Renderer extends EventTarget {
     this._resting = null;
     /** @type {Batches|null} */
     this._movingBatches = null;
+    /** Where the canvas of what moves was drawn on. */
+    this._swept = new Swept();
     this._dirty = { ground: true, moving: true, overlay: true };
     this._request = 0;
     /** @type {Point|null} */
@@ -169,11 +172,17 @@ export class Renderer extends EventTarget {
     this._dirty = { ground: false, moving: false, overlay: false };
     if (dirty.ground) this._paintGround();
     if (dirty.moving) this._paintMoving();
-    if (dirty.overlay) {
-      this._ready(this.overlay.ctx);
-      drawOverlay(this.overlay.ctx, this.app, this.palette, { cursor: this._cursor, late: this._late });
-    }
+    if (dirty.overlay) this._paintOverlay();
     this.dispatchEvent(new Event("painted"));
+  }
+
+  _paintOverlay() {
+    const { app, palette } = this;
+    const { ctx, canvas } = this.overlay;
+    const state = { cursor: this._cursor, late: this._late };
+    this._ready(ctx);
+    drawOverlay(ctx, app, palette, state);
+    show(canvas, hasOverlay(app, state));
   }
 
   /** @param {CanvasRenderingContext2D} ctx */
@@ -199,15 +208,31 @@ export class Renderer extends EventTarget {
 
   _paintMoving() {
     const { app, palette, annotations } = this;
-    const { ctx } = this.moving;
+    const { _swept: swept } = this;
+    const { ctx, canvas } = this.moving;
     this._ready(ctx);
-    ctx.clearRect(0, 0, app.view.width, app.view.height);
+    swept.clear(ctx);
+    swept.begin(app.view.width, app.view.height);
+    show(canvas, this._moved.size > 0);
     if (!this._moved.size) return;
     this._movingBatches ??= new Batches(app.store, (entity) => this._moved.has(entity.name), app.shown);
-    this._movingBatches.draw(ctx, app.view, palette);
+    this._movingBatches.draw(ctx, app.view, palette, swept);
     const { movingCount } = annotations;
-    if (movingCount && movingCount <= MOST_MOVING) annotations.draw(ctx, palette, annotations.follow(ctx));
+    if (!movingCount || movingCount > MOST_MOVING) return;
+    const shown = annotations.follow(ctx);
+    annotations.draw(ctx, palette, shown);
+    swept.addShown(shown);
   }
+}
+
+/**
+ * The screen is put together from every canvas that is shown, sixty times a second: one with nothing on it
+ * is hidden.
+ * @param {HTMLCanvasElement} canvas @param {boolean} on
+ */
+function show(canvas, on) {
+  const visibility = on ? "" : "hidden";
+  if (canvas.style.visibility !== visibility) canvas.style.visibility = visibility;
 }
 
 /** @param {import("../store.js").Store} store */
