@@ -6,6 +6,7 @@
 import { Annotations } from "./annotations.js";
 import { drawGrid, drawScaleBar } from "./background.js";
 import { Batches } from "./batches.js";
+import { livelyLayer, show, stillLayer } from "./layers.js";
 import { drawOverlay, hasOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
 import { Swept } from "./swept.js";
@@ -23,14 +24,10 @@ export class Renderer extends EventTarget {
   constructor(app) {
     super();
     this.app = app;
-    const layer = (/** @type {string} */ id) => {
-      const canvas = /** @type {HTMLCanvasElement} */ (app.root.querySelector(`#${id}`));
-      const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: id !== "ground" }));
-      return { canvas, ctx };
-    };
-    this.ground = layer("ground");
-    this.moving = layer("moving");
-    this.overlay = layer("overlay");
+    const canvas = (/** @type {string} */ id) => /** @type {HTMLCanvasElement} */ (app.root.querySelector(`#${id}`));
+    this.ground = stillLayer(canvas("ground"));
+    this.moving = livelyLayer(canvas("moving"));
+    this.overlay = livelyLayer(canvas("overlay"));
     this.annotations = new Annotations(app.store, app.view);
     this.palette = readPalette(app.canvas);
     this.ratio = 1;
@@ -64,9 +61,8 @@ export class Renderer extends EventTarget {
     const { clientWidth: width, clientHeight: height } = canvas;
     if (!width || !height) return;
     this.ratio = window.devicePixelRatio || 1;
-    for (const { canvas: one } of [this.ground, this.moving, this.overlay]) {
-      one.width = Math.round(width * this.ratio);
-      one.height = Math.round(height * this.ratio);
+    for (const layer of [this.ground, this.moving, this.overlay]) {
+      layer.resize(Math.round(width * this.ratio), Math.round(height * this.ratio));
     }
     view.resize(width, height);
   }
@@ -178,11 +174,11 @@ export class Renderer extends EventTarget {
 
   _paintOverlay() {
     const { app, palette } = this;
-    const { ctx, canvas } = this.overlay;
+    const { ctx } = this.overlay;
     const state = { cursor: this._cursor, late: this._late };
     this._ready(ctx);
     drawOverlay(ctx, app, palette, state);
-    show(canvas, hasOverlay(app, state));
+    show(this.overlay, hasOverlay(app, state));
   }
 
   /** @param {CanvasRenderingContext2D} ctx */
@@ -204,16 +200,17 @@ export class Renderer extends EventTarget {
     if (this._moved.size) annotations.split(this._moved);
     annotations.draw(ctx, palette, annotations.still);
     drawScaleBar(ctx, app.view, palette, app.store.unit);
+    this.ground.done();
   }
 
   _paintMoving() {
     const { app, palette, annotations } = this;
     const { _swept: swept } = this;
-    const { ctx, canvas } = this.moving;
+    const { ctx } = this.moving;
     this._ready(ctx);
     swept.clear(ctx);
     swept.begin(app.view.width, app.view.height);
-    show(canvas, this._moved.size > 0);
+    show(this.moving, this._moved.size > 0);
     if (!this._moved.size) return;
     this._movingBatches ??= new Batches(app.store, (entity) => this._moved.has(entity.name), app.shown);
     this._movingBatches.draw(ctx, app.view, palette, swept);
@@ -223,16 +220,6 @@ export class Renderer extends EventTarget {
     annotations.draw(ctx, palette, shown);
     swept.addShown(shown);
   }
-}
-
-/**
- * The screen is put together from every canvas that is shown, sixty times a second: one with nothing on it
- * is hidden.
- * @param {HTMLCanvasElement} canvas @param {boolean} on
- */
-function show(canvas, on) {
-  const visibility = on ? "" : "hidden";
-  if (canvas.style.visibility !== visibility) canvas.style.visibility = visibility;
 }
 
 /** @param {import("../store.js").Store} store */
