@@ -86,3 +86,14 @@ test("batches give every place at which they draw", () => {
   const rects = cleared(swept);
   for (const [x, y] of drawn) assert.ok(covers(rects, x, y, 8), `${x}, ${y}`);
 });
+
+test("thousands of lines are cleared with all of the canvas", () => {
+  const lines = Array.from({ length: 1001 }, (_, i) => [`L${i}`, "line", [i % 9, 0, i % 7, 3]]);
+  const view = new View();
+  Object.assign(view, { width: WIDTH, height: HEIGHT, x: 467, y: 348, scale: 10 });
+  const swept = new Swept();
+  swept.begin(WIDTH, HEIGHT);
+  const ctx = new Proxy({}, { get: () => () => undefined, set: () => true });
+  new Batches(stored(lines), () => true).draw(/** @type {any} */ (ctx), view, /** @type {any} */ ({}), swept);
+  assert.ok(covers(cleared(swept), WIDTH / 2, HEIGHT / 2, 340));
+});

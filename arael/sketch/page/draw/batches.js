@@ -22,6 +22,8 @@ const RANK = ["defined", "free", "redundant", "impossible", "selected"];
 const CHUNK = 128;
 /** Curves shorter than this on the screen, in pixels, have no marks at their points. */
 const MARKED = 14;
+/** More lines than this are not looked at one by one to find what was drawn on: they fill the canvas. */
+const MOST_APART = 1000;
 /** How far curves may be drawn beside their bounds, in pixels: where they turn, their stroke has a tip. */
 const TIP = 50;
 
@@ -121,6 +123,8 @@ export class Batches {
     const v = this.store.values;
     const { scale: s, x, y, width, height } = view;
     const { lines } = batch;
+    const apart = lines.length > MOST_APART ? undefined : swept;
+    if (!apart) swept?.addAll();
     let count = 0;
     ctx.beginPath();
     for (let i = 0; i < lines.length; i++) {
@@ -132,7 +136,7 @@ export class Batches {
       if ((x1 < 0 && x2 < 0) || (y1 < 0 && y2 < 0) || (x1 > width && x2 > width) || (y1 > height && y2 > height)) continue;
       ctx.moveTo(x1, y1);
       ctx.lineTo(x2, y2);
-      swept?.add(x1, y1, x2, y2);
+      apart?.add(x1, y1, x2, y2);
       if (++count % CHUNK === 0) {
         ctx.stroke();
         ctx.beginPath();
