@@ -23,8 +23,8 @@ _PAGE = Path(__file__).with_name("floor.html")
 _SIZE = {"width": 1280, "height": 800}
 
 
-def floor(moves: int, period: float) -> NDArray[np.float64]:
-    """Milliseconds from the stamp of the mouse's event to the end of the rasterisation.
+def floor(moves: int, period: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Milliseconds to the end of the rasterisation.
 
     Parameters
     ----------
@@ -32,7 +32,8 @@ def floor(moves: int, period: float) -> NDArray[np.float64]:
 
     Returns
     -------
-    (n,), the first ones left out
+    from the stamp of the mouse's event, and from the message that the page sends: (n,) each, the
+    first ones left out
     """
     from playwright.sync_api import sync_playwright
 
@@ -54,7 +55,8 @@ def floor(moves: int, period: float) -> NDArray[np.float64]:
     finally:
         server.terminate()
         server.wait()
-    return found[len(found) // 10 :]
+    found = found[len(found) // 10 :]
+    return found[:, 0], found[:, 1]
 
 
 def _open(page: Any, address: str) -> None:
@@ -97,7 +99,15 @@ def _serve(port: int) -> None:
             pass
 
     routes = [Route("/", page), WebSocketRoute("/echo", echo)]
-    uvicorn.run(Starlette(routes=routes), host="127.0.0.1", port=port, log_level="error")
+    # the same implementation of WebSockets as the editor's server
+    uvicorn.run(
+        Starlette(routes=routes),
+        host="127.0.0.1",
+        port=port,
+        log_level="error",
+        ws="websockets-sansio",
+        ws_per_message_deflate=False,
+    )
 
 
 if __name__ == "__main__":

@@ -38,11 +38,12 @@ class SocketLink:
 
     Parameters
     ----------
-    loop : of the task
+    loop : of the task, in the thread that makes the link
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
+        self._thread = threading.get_ident()
         self._queue: deque[bytes] = deque()
         self._bytes = 0
         self._lock = threading.Lock()
@@ -63,6 +64,9 @@ class SocketLink:
             self._bytes += len(data)
             if self._bytes > MAX_BEHIND:
                 self.ended = True
+        if threading.get_ident() == self._thread:  # needs no signal to the loop
+            self._wake.set()
+            return
         try:
             self._loop.call_soon_threadsafe(self._wake.set)
         except RuntimeError:  # the loop has ended
@@ -153,7 +157,7 @@ class Server:
                     text = error.diagnostics[0].message
                     window.send({"type": "message", "level": "error", "text": text})
                     continue
-                self.worker.receive(window, found)
+                self.worker.receive(window, found, loop.call_soon)
                 if isinstance(found, dict):
                     loop.call_later(BUSY_AFTER, self._report_busy)
         except WebSocketDisconnect:

@@ -60,7 +60,7 @@ MAX_STATES = 64
 class SharedSketch:
     """A sketch that several windows show and change.
 
-    All methods but `interrupt` are called by one thread.
+    All methods but `interrupt` are called by one thread at a time (`Worker`).
 
     Parameters
     ----------
@@ -495,6 +495,11 @@ class SharedSketch:
     def is_dragging(self) -> bool:
         """Whether a drag is open."""
         return self._drag is not None
+
+    @property
+    def is_unfinished(self) -> bool:
+        """Whether a drag is open whose last frame was cut short."""
+        return self._drag is not None and self._drag.unfinished
 
     # --- when nothing else is to do -----------------------------------------------------------
 

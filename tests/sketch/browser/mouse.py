@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+GROUND = """((canvas) => {
+    const read = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d");
+    read.drawImage(canvas, 0, 0);
+    return read;
+})(document.querySelector("#ground"))"""
+"""A context to read pixels of what rests from: the canvas on the screen shows an image."""
+
 
 def at(page: Any, x: float, y: float) -> tuple[float, float]:
     """Where a point of the sketch is in the window."""

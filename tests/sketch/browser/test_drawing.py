@@ -305,6 +305,60 @@ def test_texts_of_dimensions_and_glyphs_are_dragged_and_glyphs_deleted(page: Any
     wait(page, "!app.store.constraints.has('CL2H')")
 
 
+AS_IF_CLEARED = """() => {
+    const { renderer } = app;
+    const { canvas, ctx } = renderer.moving;
+    const pixels = () => ctx.getImageData(0, 0, canvas.width, canvas.height).data;
+    const found = pixels().slice();
+    ctx.clearRect(0, 0, app.view.width, app.view.height);
+    renderer._paintMoving();
+    const wanted = pixels();
+    let inked = 0, other = 0;
+    for (let i = 0; i < wanted.length; i++) {
+        if (i % 4 === 3) inked += wanted[i] > 0;
+        other += found[i] !== wanted[i];
+    }
+    return [inked, other];
+}"""
+"""Pixels of what moves, and bytes that differ from those after everything was cleared."""
+
+LAYERS = "['moving', 'overlay'].map((id) => app.renderer[id].canvas.style.visibility !== 'hidden')"
+"""Whether what moves and the overlay are shown."""
+
+
+@exercises("pointer:Drag")
+def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page: Any) -> None:
+    run(
+        page,
+        "add_rect 0,0 20,12 hv",
+        "add_circle 34,6 5",
+        "add_arc 24,20 27,23 30,20",
+        "add_spline 20,12 10,20 0,25 -9,18",
+        "coincident L1.p2 A1.start",
+        "distance L1.p1 A0.center 14",
+        "length L0 20",
+    )
+    page.evaluate("app.fit()")
+    page.mouse.move(*at(page, -8, -8))
+    wait(page, "!app.renderer.pending && app.store.hovered.size === 0")
+    page.evaluate("app.renderer.overlayChanged()")
+    wait(page, f"!app.renderer.pending && {LAYERS}.every((one) => !one)")
+    corner = page.evaluate("app.store.point('L1.p2')")
+    page.mouse.move(*at(page, *corner))
+    wait(page, f"app.store.hovered.size > 0 && {LAYERS}[1]")
+    page.mouse.down()
+    for x, y in ((24, 16), (12, 20), (26, 9), (21, 13)):
+        page.mouse.move(*at(page, x, y), steps=4)
+        wait(page, "app.store.dragging && app.wire.delay === 0 && !app.renderer.pending")
+        inked, other = page.evaluate(AS_IF_CLEARED)
+        assert inked > 500 and other == 0
+        assert page.evaluate(LAYERS) == [True, False]
+    assert page.evaluate("getComputedStyle(app.canvas).outlineStyle") == "none"
+    page.mouse.up()
+    wait(page, f"!app.store.dragging && !app.renderer.pending && !{LAYERS}[0]")
+    assert page.evaluate(AS_IF_CLEARED) == [0, 0]
+
+
 @exercises("pointer:Wheel", "pointer:Drag with the middle button")
 def test_the_wheel_zooms_at_the_pointer_and_the_middle_button_pans(page: Any) -> None:
     x, y = at(page, 7, 3)

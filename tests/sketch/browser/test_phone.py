@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from tests.sketch.browser.conftest import Editor
+from tests.sketch.browser.mouse import GROUND
 from tests.sketch.browser.panels import RECTANGLE, connected, run, wait
 
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
@@ -97,10 +98,7 @@ def test_what_fits_the_selection_is_offered_without_moving_the_drawing(page: Any
 def test_the_drawing_follows_the_theme(browser: Any, server: Any, scheme: str) -> None:
     editor = Editor(browser, server, color_scheme=scheme)
     page = connected(editor.page)
-    pixel = """() => {
-        const canvas = document.querySelector("#ground");
-        return [...canvas.getContext("2d").getImageData(3, 3, 1, 1).data].slice(0, 3);
-    }"""
+    pixel = f"() => [...{GROUND}.getImageData(3, 3, 1, 1).data].slice(0, 3)"
 
     bright = f"({pixel})().reduce((sum, one) => sum + one, 0) / (3 * 255)"
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from tests.sketch.browser.exercised import exercises
+from tests.sketch.browser.mouse import GROUND
 from tests.sketch.browser.panels import connected, press, wait
 from tests.sketch.browser.test_drawing import at, click, drag, start
 
@@ -27,9 +28,12 @@ def numbers(page: Any, name: str) -> list[float]:
     return [float(x) for x in page.evaluate(f"[...app.store.numbers('{name}')]")]
 
 
-DARK = """([x, y, w, h]) => {
+DARK = (
+    f"""([x, y, w, h]) => {{
+    const ctx = {GROUND};
+"""
+    """
     const ratio = window.devicePixelRatio;
-    const { ctx } = app.renderer.ground;
     const box = [x, y, w, h].map((one) => Math.round(one * ratio));
     const { data } = ctx.getImageData(...box);
     const { background } = app.renderer.palette;
@@ -39,6 +43,7 @@ DARK = """([x, y, w, h]) => {
     }
     return count;
 }"""
+)
 
 
 @exercises("tool:text")

@@ -9,13 +9,16 @@ from typing import Any
 import pytest
 
 from tests.sketch.browser.conftest import Editor
+from tests.sketch.browser.mouse import GROUND
 from tests.sketch.browser.panels import connected, run, wait
 from tests.sketch.server.process import ServerProcess
 from tests.sketch.server.shared import contradictory
 
-PIXELS = """(places) => {
-    const canvas = document.querySelector("#ground");
-    const ctx = canvas.getContext("2d");
+PIXELS = (
+    f"""(places) => {{
+    const ctx = {GROUND};
+"""
+    """
     const ratio = app.renderer.ratio;
     return places.map(([x, y, dx, dy]) => {
         const [u, v] = app.view.toScreen([x, y]);
@@ -23,6 +26,7 @@ PIXELS = """(places) => {
         return [...ctx.getImageData(px, py, 1, 1).data];
     });
 }"""
+)
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 /** Entities sorted by how they look, so that each look is one stroke of the canvas. */
 
-import { curveOf } from "../geometry/curves.js";
+import { boundsOf, curveOf } from "../geometry/curves.js";
 import { pointHandles, pointOffset, splitHandle } from "../geometry/handles.js";
 import { traceLettering } from "./lettering.js";
 import { CONSTRUCTION_DASH, STATES, STYLE_DASHES } from "./palette.js";
@@ -14,6 +14,7 @@ import { drawMarks } from "./stamps.js";
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../view.js").View} View
  * @typedef {import("./palette.js").Palette} Palette
+ * @typedef {import("./swept.js").Swept} Swept
  */
 
 const RANK = ["defined", "free", "redundant", "impossible", "selected"];
@@ -21,6 +22,10 @@ const RANK = ["defined", "free", "redundant", "impossible", "selected"];
 const CHUNK = 128;
 /** Curves shorter than this on the screen, in pixels, have no marks at their points. */
 const MARKED = 14;
+/** More lines than this are not looked at one by one to find what was drawn on: they fill the canvas. */
+const MOST_APART = 1000;
+/** How far curves may be drawn beside their bounds, in pixels: where they turn, their stroke has a tip. */
+const TIP = 50;
 
 export class Batches {
   /**
@@ -81,8 +86,9 @@ export class Batches {
    * @param {CanvasRenderingContext2D} ctx
    * @param {View} view
    * @param {Palette} palette
+   * @param {Swept} [swept]  is given what is drawn where
    */
-  draw(ctx, view, palette) {
+  draw(ctx, view, palette, swept) {
     for (const batch of this.batches) this._halo(ctx, view, palette, batch);
     for (const batch of this.batches) {
       const { state, construction } = batch;
@@ -91,11 +97,12 @@ export class Batches {
       ctx.strokeStyle = colour(palette, construction && state === "defined" ? "construction" : state);
       ctx.lineWidth = construction ? 1.1 : look.width;
       ctx.setLineDash(dash.length ? dash : construction ? CONSTRUCTION_DASH : []);
-      this._stroke(ctx, view, batch);
+      // halos are drawn before, over the same places
+      this._stroke(ctx, view, batch, swept);
       ctx.setLineDash([]);
-      this._letter(ctx, view, batch);
+      this._letter(ctx, view, batch, swept);
     }
-    this._drawMarks(ctx, view, palette);
+    this._drawMarks(ctx, view, palette, swept);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Batch} batch */
@@ -111,11 +118,13 @@ export class Batches {
     ctx.setLineDash([]);
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch */
-  _stroke(ctx, view, batch) {
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch @param {Swept} [swept] */
+  _stroke(ctx, view, batch, swept) {
     const v = this.store.values;
     const { scale: s, x, y, width, height } = view;
     const { lines } = batch;
+    const apart = lines.length > MOST_APART ? undefined : swept;
+    if (!apart) swept?.addAll();
     let count = 0;
     ctx.beginPath();
     for (let i = 0; i < lines.length; i++) {
@@ -127,6 +136,7 @@ export class Batches {
       if ((x1 < 0 && x2 < 0) || (y1 < 0 && y2 < 0) || (x1 > width && x2 > width) || (y1 > height && y2 > height)) continue;
       ctx.moveTo(x1, y1);
       ctx.lineTo(x2, y2);
+      apart?.add(x1, y1, x2, y2);
       if (++count % CHUNK === 0) {
         ctx.stroke();
         ctx.beginPath();
@@ -134,7 +144,11 @@ export class Batches {
     }
     for (const entity of batch.curves) {
       const curve = curveOf(entity, v);
-      if (curve) trace(ctx, curve, view);
+      if (curve) {
+        trace(ctx, curve, view);
+        const b = boundsOf(curve);
+        swept?.add(x + s * b.xmin, y - s * b.ymin, x + s * b.xmax, y - s * b.ymax, TIP);
+      }
       if (++count % CHUNK === 0) {
         ctx.stroke();
         ctx.beginPath();
@@ -143,16 +157,17 @@ export class Batches {
     ctx.stroke();
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch */
-  _letter(ctx, view, batch) {
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch @param {Swept} [swept] */
+  _letter(ctx, view, batch, swept) {
     if (!batch.texts.length) return;
+    swept?.addAll();
     ctx.beginPath();
     for (const frame of batch.texts) traceLettering(ctx, view, frame, this.store.values);
     ctx.stroke();
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette */
-  _drawMarks(ctx, view, palette) {
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Swept} [swept] */
+  _drawMarks(ctx, view, palette, swept) {
     const v = this.store.values;
     const crowded = this.meanLength * view.scale < MARKED;
     for (const { state, large, offsets } of this.marks) {
@@ -170,6 +185,7 @@ export class Batches {
         if (seen.has(key)) continue;
         seen.add(key);
         places.push(px, py);
+        swept?.add(px, py, px, py);
       }
       const r = large ? 3.4 : 2.7;
       drawMarks(ctx, { shape: look.end, r, colour: colour(palette, state), back: palette.background }, places);

@@ -6,8 +6,10 @@
 import { Annotations } from "./annotations.js";
 import { drawGrid, drawScaleBar } from "./background.js";
 import { Batches } from "./batches.js";
-import { drawOverlay } from "./overlay.js";
+import { livelyLayer, show, stillLayer } from "./layers.js";
+import { drawOverlay, hasOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
+import { Swept } from "./swept.js";
 
 /** @typedef {import("../types.js").Point} Point */
 
@@ -22,14 +24,10 @@ export class Renderer extends EventTarget {
   constructor(app) {
     super();
     this.app = app;
-    const layer = (/** @type {string} */ id) => {
-      const canvas = /** @type {HTMLCanvasElement} */ (app.root.querySelector(`#${id}`));
-      const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: id !== "ground" }));
-      return { canvas, ctx };
-    };
-    this.ground = layer("ground");
-    this.moving = layer("moving");
-    this.overlay = layer("overlay");
+    const canvas = (/** @type {string} */ id) => /** @type {HTMLCanvasElement} */ (app.root.querySelector(`#${id}`));
+    this.ground = stillLayer(canvas("ground"));
+    this.moving = livelyLayer(canvas("moving"));
+    this.overlay = livelyLayer(canvas("overlay"));
     this.annotations = new Annotations(app.store, app.view);
     this.palette = readPalette(app.canvas);
     this.ratio = 1;
@@ -43,6 +41,8 @@ export class Renderer extends EventTarget {
     this._resting = null;
     /** @type {Batches|null} */
     this._movingBatches = null;
+    /** Where the canvas of what moves was drawn on. */
+    this._swept = new Swept();
     this._dirty = { ground: true, moving: true, overlay: true };
     this._request = 0;
     /** @type {Point|null} */
@@ -61,9 +61,8 @@ export class Renderer extends EventTarget {
     const { clientWidth: width, clientHeight: height } = canvas;
     if (!width || !height) return;
     this.ratio = window.devicePixelRatio || 1;
-    for (const { canvas: one } of [this.ground, this.moving, this.overlay]) {
-      one.width = Math.round(width * this.ratio);
-      one.height = Math.round(height * this.ratio);
+    for (const layer of [this.ground, this.moving, this.overlay]) {
+      layer.resize(Math.round(width * this.ratio), Math.round(height * this.ratio));
     }
     view.resize(width, height);
   }
@@ -169,11 +168,17 @@ export class Renderer extends EventTarget {
     this._dirty = { ground: false, moving: false, overlay: false };
     if (dirty.ground) this._paintGround();
     if (dirty.moving) this._paintMoving();
-    if (dirty.overlay) {
-      this._ready(this.overlay.ctx);
-      drawOverlay(this.overlay.ctx, this.app, this.palette, { cursor: this._cursor, late: this._late });
-    }
+    if (dirty.overlay) this._paintOverlay();
     this.dispatchEvent(new Event("painted"));
+  }
+
+  _paintOverlay() {
+    const { app, palette } = this;
+    const { ctx } = this.overlay;
+    const state = { cursor: this._cursor, late: this._late };
+    this._ready(ctx);
+    drawOverlay(ctx, app, palette, state);
+    show(this.overlay, hasOverlay(app, state));
   }
 
   /** @param {CanvasRenderingContext2D} ctx */
@@ -195,18 +200,25 @@ export class Renderer extends EventTarget {
     if (this._moved.size) annotations.split(this._moved);
     annotations.draw(ctx, palette, annotations.still);
     drawScaleBar(ctx, app.view, palette, app.store.unit);
+    this.ground.done();
   }
 
   _paintMoving() {
     const { app, palette, annotations } = this;
+    const { _swept: swept } = this;
     const { ctx } = this.moving;
     this._ready(ctx);
-    ctx.clearRect(0, 0, app.view.width, app.view.height);
+    swept.clear(ctx);
+    swept.begin(app.view.width, app.view.height);
+    show(this.moving, this._moved.size > 0);
     if (!this._moved.size) return;
     this._movingBatches ??= new Batches(app.store, (entity) => this._moved.has(entity.name), app.shown);
-    this._movingBatches.draw(ctx, app.view, palette);
+    this._movingBatches.draw(ctx, app.view, palette, swept);
     const { movingCount } = annotations;
-    if (movingCount && movingCount <= MOST_MOVING) annotations.draw(ctx, palette, annotations.follow(ctx));
+    if (!movingCount || movingCount > MOST_MOVING) return;
+    const shown = annotations.follow(ctx);
+    annotations.draw(ctx, palette, shown);
+    swept.addShown(shown);
   }
 }
 

@@ -1,0 +1,52 @@
+/** The canvases that lie on each other. */
+
+/**
+ * @typedef {object} Layer
+ * @property {HTMLCanvasElement} canvas
+ * @property {CanvasRenderingContext2D} ctx  to draw with
+ * @property {(width: number, height: number) => void} resize  in pixels of the screen; it is blank afterwards
+ * @property {() => void} done  what was drawn is to be seen
+ */
+
+/** A canvas that is drawn on directly. @param {HTMLCanvasElement} canvas @param {boolean} [alpha] @returns {Layer} */
+export function livelyLayer(canvas, alpha = true) {
+  const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha }));
+  return { canvas, ctx, resize: (width, height) => sized(canvas, width, height), done() {} };
+}
+
+/**
+ * A canvas that rests in a drag, without holes. It is drawn apart and shown as an image: without a graphics
+ * processor Chromium copies every canvas that is drawn on directly for each refresh of the screen, whether it
+ * has changed or not.
+ * @param {HTMLCanvasElement} canvas @returns {Layer}
+ */
+export function stillLayer(canvas) {
+  const shown = typeof OffscreenCanvas === "undefined" ? null : canvas.getContext("bitmaprenderer", { alpha: false });
+  if (!shown) return livelyLayer(canvas, false);
+  const sheet = new OffscreenCanvas(1, 1);
+  const ctx = /** @type {CanvasRenderingContext2D} */ (/** @type {unknown} */ (sheet.getContext("2d", { alpha: false })));
+  return {
+    canvas,
+    ctx,
+    resize: (width, height) => {
+      sized(sheet, width, height);
+      sized(canvas, width, height);
+    },
+    done: () => shown.transferFromImageBitmap(sheet.transferToImageBitmap()),
+  };
+}
+
+/**
+ * The screen is put together from every canvas that is shown, for each refresh: one with nothing on it is hidden.
+ * @param {Layer} layer @param {boolean} on
+ */
+export function show({ canvas: { style } }, on) {
+  const visibility = on ? "" : "hidden";
+  if (style.visibility !== visibility) style.visibility = visibility;
+}
+
+/** @param {HTMLCanvasElement|OffscreenCanvas} canvas @param {number} width @param {number} height */
+function sized(canvas, width, height) {
+  canvas.width = width;
+  canvas.height = height;
+}
