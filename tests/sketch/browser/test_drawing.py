@@ -353,7 +353,9 @@ def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page:
         inked, other = page.evaluate(AS_IF_CLEARED)
         assert inked > 500 and other == 0
         assert page.evaluate(LAYERS) == [True, False]
+    # A frame around what has the focus would be painted with every frame of the drag.
     assert page.evaluate("getComputedStyle(app.canvas).outlineStyle") == "none"
+    assert page.evaluate("getComputedStyle(app.canvas, '::after').display") == "none"
     page.mouse.up()
     wait(page, f"!app.store.dragging && !app.renderer.pending && !{LAYERS}[0]")
     assert page.evaluate(AS_IF_CLEARED) == [0, 0]
