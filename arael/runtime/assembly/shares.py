@@ -163,14 +163,9 @@ def plan_shares(
         order_of(group, p.rows, p.block_at, pattern.value_count)
         for group, p in zip(groups, placements, strict=True)
     )
-    count = _count(sum(work))
-    if count == 1:
-        return _whole(groups, entities, pattern, placements, trash, execution, orders)
-    found = None
-    by_order = [p.arrays(order) for p, order in zip(placements, orders, strict=True)]
-    while found is None:
-        if count == 1:
-            return _whole(groups, entities, pattern, placements, trash, execution, orders)
+    found, count = None, _count(sum(work))
+    by_order = [p.arrays(o) for p, o in zip(placements, orders, strict=True)] if count > 1 else []
+    while found is None and count > 1:
         bounds = tuple(
             _bounds(len(p.rows), width, count if one >= GRAIN else 1, count)
             for p, width, one in zip(placements, widths, work, strict=True)
@@ -179,6 +174,8 @@ def plan_shares(
         found = copies_of(by_order, widths, bounds, free, pattern, trash, limit)
         if found is None:
             count //= 2
+    if found is None:
+        return _whole(groups, entities, pattern, placements, trash, execution, orders)
     placed = [
         lane_targets(arrays, width, None, group.lead)
         for arrays, width, group in zip(found.placed, widths, groups, strict=True)
