@@ -262,7 +262,8 @@ def test_the_times_of_attempts_are_those_of_the_processor(
             history["seconds"] = recorded
             time.sleep(0.2)
             plan = {"solver": "dense"}
-            return SimpleNamespace(history=history, start_cost=3.0, status="converged", plan=plan)
+            costs = {"start_cost": 3.0, "end_cost": 2.0}
+            return SimpleNamespace(history=history, status="converged", plan=plan, **costs)
 
     monkeypatch.setattr(arael_peer, "can_initialise", lambda instance: False)
     monkeypatch.setattr(arael_peer, "order_again", lambda instance: None)
