@@ -84,9 +84,13 @@ def test_few_files(warm: Place, files: int) -> None:
 
 
 def test_threads_with_small_stacks(warm: Place) -> None:
-    """A Python thread of 64 KB solves with kernels and on the expression machine."""
+    """A Python thread of 64 KB solves with kernels and on the expression machine.
+
+    What SciPy imports, it imports before: where charset-normalizer is installed, NumPy's f2py loads
+    it, which takes 36 KB of the stack by itself.
+    """
     text = """
-import sys, threading, arael
+import sys, threading, arael, scipy.sparse.linalg
 threading.stack_size(64 * 1024 if sys.argv[1] == "small" else 256 * 1024)
 found = []
 def work(interpret):
