@@ -107,10 +107,11 @@ class Arael:
         self.last, self.spent = (way, limit), spent
         ends *= min(1.0, spent / ends[-1]) if ends[-1] > 0 else 1.0
         costs = np.where(history["accepted"], history["trial_cost"], history["cost"])
-        # The last attempt includes the step at the end, without a factorisation.
-        path.costs = [result.start_cost, *costs[:-1].tolist(), result.end_cost]
+        path.costs = [result.start_cost, *costs.tolist()]
         path.counts = list(range(len(path.costs)))
-        path.times = [*(spent - ends[-1] + ends[:-1]).tolist(), spent]
+        path.times = (spent - ends[-1] + ends).tolist()
+        if len(costs):  # the last attempt includes the step at the end
+            path.costs[-1], path.times[-1] = result.end_cost, spent
         return f"{result.status}{words}, {result.plan['solver']}"
 
     def _solve(self, instance: Any, way: str, limit: int) -> tuple[Any, str]:
