@@ -101,6 +101,10 @@ def chosen_passes(
         return layout.passes or _PLAIN
     if isinstance(passes, layouts.LayoutPass):
         return (passes,)
+    if isinstance(passes, str):
+        for one in layout.passes:
+            if one.name == passes:
+                return (one,)
     known = {one.name: one for one in layout.passes}
     chosen: list[layouts.LayoutPass] = []
     wanted = [passes] if isinstance(passes, str | Pass | layouts.LayoutPass) else passes

@@ -190,6 +190,10 @@ class ParameterTable:
         """Live values (1, *shape)."""
         return self._parameters._values[path]
 
+    def columns(self, paths: tuple[str, ...]) -> list[Array]:
+        """Live values of several columns."""
+        return [self._parameters._values[path] for path in paths]
+
     def present(self, path: str) -> Array:
         """All are present."""
         return np.ones(1, dtype=bool)

@@ -78,6 +78,10 @@ class RowsTable:
         """Return the values (size, *shape)."""
         return self._columns[path]
 
+    def columns(self, paths: tuple[str, ...]) -> list[Array]:
+        """Return the values of several columns."""
+        return [self._columns[path] for path in paths]
+
     def written(self) -> None:
         """There are no parameters to be written."""
 

@@ -33,6 +33,8 @@ from arael.runtime.machine.tape import Tape
 
 LAYOUT_VERSION = 4
 
+ReadBy = tuple[tuple[int, ...], ...]
+
 
 class Step(msgspec.Struct, frozen=True):
     """One step from row to row: to the owner of this row, through a ref column, or to the root.
@@ -246,6 +248,29 @@ class Entity(msgspec.Struct, frozen=True, dict=True):
         return not self.updated and self.stored == self.tangent == self.state and not self.curved
 
     @cached_property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of the parameters."""
+        return tuple(use.column for use in self.params)
+
+    @cached_property
+    def stored_starts(self) -> list[int]:
+        """First stored scalar of each parameter."""
+        return [use.stored_start for use in self.params]
+
+    @cached_property
+    def written_by(self) -> tuple[list[int], list[int]]:
+        """First and number of the tangent scalars that change each parameter, if they move.
+
+        An update may set what no step moves: what is carried along, and what is fixed.
+        """
+        firsts, counts = [], []
+        for use in self.params:
+            updated = use.column in self.updated
+            firsts.append(0 if updated else use.tangent_start)
+            counts.append(self.tangent if updated else use.tangent)
+        return firsts, counts
+
+    @cached_property
     def places(self) -> NDArray[np.int32]:
         """(params, 4) first stored scalar, their number, first tangent scalar, their number."""
         found = np.array(
@@ -452,6 +477,11 @@ class Group(msgspec.Struct, frozen=True, dict=True):
         return columns_of(self.raw)
 
     @cached_property
+    def reads_rows(self) -> bool:
+        """Whether `raw` reads some row other than the root's."""
+        return any(self.slots[raw.slot].table != "" for raw in self.raw)
+
+    @cached_property
     def uncoupled(self) -> tuple[tuple[int, int], ...]:
         """`uncoupled_pairs` in order."""
         return tuple(sorted(uncoupled_pairs(self)))
@@ -646,6 +676,21 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
                 if "#" not in place[1]:  # a total, whose own reads are here
                     found.setdefault(place, []).append(number)
         return {place: tuple(numbers) for place, numbers in found.items()}
+
+    @cached_property
+    def read_columns(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...], ReadBy]]:
+        """By table: columns with values, optionals, and for both in turn the groups of `readers`."""
+        found: dict[str, tuple[dict[str, tuple[int, ...]], dict[str, tuple[int, ...]]]] = {}
+        for (table, column), groups in self.readers.items():
+            values, optionals = found.setdefault(table, ({}, {}))
+            if column.endswith("?"):
+                optionals[column[:-1]] = groups
+            else:
+                values[column] = groups
+        return {
+            table: (tuple(values), tuple(optionals), (*values.values(), *optionals.values()))
+            for table, (values, optionals) in found.items()
+        }
 
     @cached_property
     def summed(self) -> tuple[int, ...]:

@@ -109,7 +109,8 @@ class BlockPattern:
     ) -> BlockPattern:
         """Build from ``lower * nb + higher`` of coupled pairs in any order; see `from_pairs`."""
         sizes = np.ascontiguousarray(sizes, dtype=np.int64)
-        keys = np.sort(keys)
+        keys = keys.copy()
+        keys.sort()
         start, rows, places, offsets, size, count = pattern_arrays(sizes, keys, by_rows)
         found = cls(sizes, start, rows, places, by_rows=by_rows)
         # As the cached properties keep them.

@@ -9,7 +9,7 @@ import numpy as np
 from arael.runtime.assembly.ordering import in_lanes
 from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Group
-from arael.runtime.machine.programs import columns_of
+from arael.runtime.machine.programs import columns_of, tape_program
 from arael.runtime.store.access import Array, Ints, StoreLike, gather_all
 
 # Rows that are evaluated at once: their columns stay in the second-level cache.
@@ -75,7 +75,8 @@ def gather_instances(
     if n <= _AT_ONCE and dtype == np.float64 and not group.prepare.natives:
         # Nothing to convert or to join, and no function of the caller that NumPy might warn of.
         inputs = gather_all(store, group.slots, slot_rows, group.raw_columns)
-        found, _ = columns_of(group.prepare, inputs, dtype, natives)
+        program = tape_program(group.prepare, len(inputs))
+        found = program.columns(inputs, n if group.reads_rows else 1, dtype)
         if group.uniform_count:
             uniform[:] = found[group.data_count :, 0]
         if found.shape[1] == n:

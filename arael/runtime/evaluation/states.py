@@ -21,9 +21,7 @@ def stored_scalars(store: StoreLike, entity: Entity, dtype: np.dtype[Any]) -> Ar
     """(rows, stored) stored scalars of an entity, from the columns of its table."""
     table = store.tables[entity.table]
     found = np.zeros((table.size, entity.stored), dtype=dtype)
-    uses = entity.params
-    columns = [table.column(use.column) for use in uses]
-    join_columns(columns, [use.stored_start for use in uses], found)
+    join_columns(table.columns(entity.columns), entity.stored_starts, found)
     return found
 
 
@@ -32,19 +30,12 @@ def write_back(store: StoreLike, system: System, states: list[Array]) -> None:
     keep_inside(system, states)
     for entity, blocks, state in zip(store.layout.entities, system.blocks, states, strict=True):
         table = store.tables[entity.table]
-        firsts, counts = [], []
-        for use in entity.params:
-            # An update may set what no step moves: what is carried along, and what is fixed.
-            updated = use.column in entity.updated
-            firsts.append(0 if updated else use.tangent_start)
-            counts.append(entity.tangent if updated else use.tangent)
         split_columns(
             state,
-            [use.stored_start for use in entity.params],
-            [table.column(use.column) for use in entity.params],
+            entity.stored_starts,
+            table.columns(entity.columns),
             None if blocks.every else blocks.free,
-            firsts,
-            counts,
+            *entity.written_by,
         )
         table.written()
 

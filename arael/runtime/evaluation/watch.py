@@ -6,7 +6,7 @@ from operator import eq
 from typing import Any
 
 from arael.runtime.layout import Layout
-from arael.runtime.store.access import Array, StoreLike, TableLike
+from arael.runtime.store.access import StoreLike
 from arael.runtime.store.fingerprint import fingerprints
 
 
@@ -18,28 +18,29 @@ class Watch:
     """
 
     def __init__(self, layout: Layout) -> None:
-        self._tables: dict[str, list[tuple[str, tuple[int, ...]]]] = {}
-        for (table, column), groups in layout.readers.items():
-            self._tables.setdefault(table, []).append((column, groups))
+        self._tables = layout.read_columns
         # By table: the version of its data if that is counted, else what was in its columns.
         self._seen: dict[str, Any] = {}
 
     def changed(self, store: StoreLike) -> set[int]:
         """Numbers of the groups whose data has changed since the last time; at first all."""
         found: set[int] = set()
-        for path, columns in self._tables.items():
+        for path, (columns, optionals, readers) in self._tables.items():
             table = store.tables[path]
             before, now = self._seen.get(path), table.data_version
             if now is None:
-                now = fingerprints([_content(table, column) for column, _ in columns])
+                contents = table.columns(columns)
+                if optionals:
+                    contents = [*contents, *map(table.present, optionals)]
+                now = fingerprints(contents)
             if now == before:
                 continue
             self._seen[path] = now
             if isinstance(now, list) and isinstance(before, list):
                 same = list(map(eq, now, before))
             else:
-                same = [False] * len(columns)
-            for (_, groups), as_before in zip(columns, same, strict=True):
+                same = [False] * len(readers)
+            for groups, as_before in zip(readers, same, strict=True):
                 if not as_before:
                     found.update(groups)
         return found
@@ -54,8 +55,3 @@ class Watch:
         other = object.__new__(Watch)
         other._tables, other._seen = self._tables, dict(self._seen)
         return other
-
-
-def _content(table: TableLike, column: str) -> Array:
-    """What a table has in a column, or where a struct is present (``path?``)."""
-    return table.present(column[:-1]) if column.endswith("?") else table.column(column)

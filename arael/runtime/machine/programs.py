@@ -35,7 +35,7 @@ def group_program(layout: Layout, group: Group) -> Program:
 
 def entity_program(entity: Entity) -> TapeProgram:
     """Program that moves rows of an entity by a step."""
-    return _program(entity.refresh, entity.stored + entity.tangent, ())
+    return tape_program(entity.refresh, entity.stored + entity.tangent)
 
 
 def evaluate(
@@ -82,13 +82,14 @@ def columns_of(
     if shapes or len(shape) > 1:
         arrays = [one if one.ndim == 0 else np.broadcast_to(one, shape).ravel() for one in arrays]
     n = prod(shape)
-    found = _program(tape, len(arrays), names).columns(arrays, n, dtype, natives)
+    found = tape_program(tape, len(arrays), names).columns(arrays, n, dtype, natives)
     if natives is not None:
         natives.raise_failure()
     return found, shape
 
 
-def _program(tape: Tape, inputs: int, natives: tuple[str, ...]) -> TapeProgram:
+def tape_program(tape: Tape, inputs: int, natives: tuple[str, ...] = ()) -> TapeProgram:
+    """Program of a tape of so many inputs, which calls these native functions."""
     known = tape.__dict__.setdefault("programs", {})
     key = inputs, natives
     found: TapeProgram | None = known.get(key)

@@ -7,6 +7,7 @@ the language; its nodes are numbered in order of evaluation and refer only to ea
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import msgspec
@@ -49,10 +50,10 @@ class Tape(msgspec.Struct, frozen=True, dict=True):
     outputs: tuple[int, ...]
     places: tuple[int, ...] = ()
 
-    @property
-    def natives(self) -> set[str]:
+    @cached_property
+    def natives(self) -> frozenset[str]:
         """Names of the native functions that the tape calls."""
-        return {op.removeprefix(NATIVE) for op in self.ops if op.startswith(NATIVE)}
+        return frozenset(op.removeprefix(NATIVE) for op in self.ops if op.startswith(NATIVE))
 
     @property
     def operations(self) -> int:

@@ -47,6 +47,9 @@ class TableLike(Protocol):
     def column(self, path: str) -> Array:
         """Live values (size, *shape)."""
 
+    def columns(self, paths: tuple[str, ...]) -> list[Array]:
+        """Live values of several columns."""
+
     def written(self) -> None:
         """Values of parameters were written into their columns."""
 

@@ -123,6 +123,10 @@ class Columns:
             unknown_field(path, self.data, self.layout.struct, self.layout.where, self.layout.path)
         )
 
+    def columns(self, paths: tuple[str, ...]) -> list[Array]:
+        """Live views of several columns with values; see `column`."""
+        return self.buffers.views(paths)
+
     def present(self, path: str) -> Bools:
         """Whether `path` and its enclosing optionals are present in each row (size,)."""
         return rows_where(self.size, self._optionals_of(path), [])
@@ -201,7 +205,7 @@ class Columns:
     def bounds_version(self) -> Any:
         """Differs from what it was whenever bounds of rows do; () while all are of the model."""
         self._list_own()
-        return tuple(fingerprints(self.buffers.views(self._own_bounds)))
+        return tuple(fingerprints(self.buffers.views(self._own_bounds))) if self._own_bounds else ()
 
     def flags_of_new(self, column: layout.Column) -> dict[str, Array]:
         """Flags and bounds of new rows of a parameter, by path; each is one value for all."""
