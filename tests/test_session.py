@@ -123,7 +123,7 @@ def test_passes_of_one_solve_share_structure_and_analysis(window: type) -> None:
         (lambda m: m.poses.t.value.__setitem__((2, 0), 7.0), 0, 0, 0),
         (lambda m: m.poses.goal.__setitem__((2, 0), 7.0), 0, 0, 1),
         (lambda m: m.poses.sigma.__setitem__(slice(None), 0.5), 0, 0, 2),
-        (lambda m: m.poses[3].t.__setattr__("fixed", True), 1, 0, 0),
+        (lambda m: m.poses[3].t.__setattr__("fixed", True), 0, 0, 0),
         (lambda m: m.poses[3].__setattr__("seen", False), 1, 0, 1),
         (lambda m: m.steps[3].__setattr__("start", m.poses[1]), 1, 1, 1),
         (lambda m: grow(m), 1, 1, 3),

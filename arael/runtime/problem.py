@@ -216,7 +216,7 @@ class Problem:
         """
         began = time.perf_counter()
         found = structure_of(self.store, frozen, self.structure, self.natives, keep_idle=True)
-        if found is not self.structure:
+        if found is not self.structure and not self._hold(found):
             self.upcoming = found
             self.seconds = time.perf_counter() - began  # counted with the problem that takes it
             return False
@@ -227,6 +227,18 @@ class Problem:
         self.load_values()
         self.number_instances()
         self.seconds = time.perf_counter() - began
+        return True
+
+    def _hold(self, found: Structure) -> bool:
+        """Take over a structure in which only what is held or bounded differs, if it is one."""
+        # Functions of the caller, and parts elsewhere, have made their own of the structure.
+        own = self.hooks is None and self.evaluation_type is Evaluation
+        if not own or found.plan is not self.structure.plan:
+            return False
+        self.structure = found
+        self.evaluation.hold(found.system, found.plan.values_of(found.system.held))
+        self.box = self.box_type(self.evaluation, found, self.diagonal_at)
+        self.state_dirty = True  # rows that move no longer must be the same in both states
         return True
 
     def load_values(self) -> None:

@@ -16,7 +16,7 @@ from arael.diagnostics.suggest import closest
 from arael.runtime.bounds import Bounded, all_open, bounded_of, bounds_of_scalars, has_bounds
 from arael.runtime.layout import Entity, Layout, Param, ParamUse
 from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
-from arael.runtime.store.rearranged import all_set, numbered, spread_flags
+from arael.runtime.store.rearranged import all_set, numbered, some_set, spread_flags
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class EntityBlocks:
         """(rows,) whether some scalar of the row moves."""
         if self.every:
             return np.ones(len(self.free), dtype=bool)
-        return np.asarray(self.free.any(axis=1))
+        return some_set(self.free)
 
 
 @dataclass(eq=False)  # not frozen: its constructor would take three times as long
@@ -245,19 +245,25 @@ def _bounds(store: StoreLike, blocks: Sequence[EntityBlocks]) -> tuple[Floats, F
     return np.concatenate(low), np.concatenate(high)
 
 
-def hold(system: System, free: list[Bools]) -> System:
-    """The same blocks with other scalars held: `free` as for `build_system`.
+def hold(system: System, free: list[Bools], held: Ints) -> System:
+    """The same blocks with other scalars `held`: `free` as for `build_system`.
 
     Rows in which nothing moves keep their blocks. What moves must have one.
     """
-    blocks: list[EntityBlocks] = []
-    held: list[Ints] = [np.zeros(0, np.int64)]
-    for known, start, moves in zip(system.blocks, system.starts, free, strict=True):
-        blocks.append(EntityBlocks(known.first, known.block, moves))
-        inside = moves[known.first >= 0]
-        held.append(start + np.flatnonzero(~inside.ravel()))
-    low, high = _bounds(system.store, blocks)
-    return replace(system, blocks=tuple(blocks), held=np.concatenate(held), low=low, high=high)
+    blocks = [
+        EntityBlocks(known.first, known.block, moves)
+        for known, moves in zip(system.blocks, free, strict=True)
+    ]
+    open_before = system.bounded == ()
+    ends = None
+    if any(map(has_bounds, repeat(system.store), system.layout.entities, system.layout.bounded)):
+        ends = _bounds(system.store, blocks)
+    elif not open_before:
+        ends = all_open(system.size)
+    low, high = ends or (system.low, system.high)
+    found = replace(system, blocks=tuple(blocks), held=held, low=low, high=high)
+    found.__dict__["size"] = system.size  # as the cached property keeps it
+    return found
 
 
 def with_bounds(system: System) -> System:

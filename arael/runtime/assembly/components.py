@@ -88,9 +88,10 @@ def _found(
     if count < least:
         return None
     # All uses of an instance that are solved for are of one component.
+    of_scalar = np.repeat(labels, pattern.sizes)
+    moving = np.repeat(np.where(idle, -1, labels), pattern.sizes) if idle.any() else of_scalar
     instances = [
-        labels_of_instances(one.gradient_at, pattern.offsets, labels, idle, count)
-        for one in structure.placements
+        labels_of_instances(one.gradient_at, moving, count) for one in structure.placements
     ]
     guarded = np.zeros(count + 1, dtype=bool)
     for group, found in zip(groups, instances, strict=True):
@@ -99,7 +100,7 @@ def _found(
     return Partition(
         count,
         labels,
-        np.repeat(labels, pattern.sizes),
+        of_scalar,
         tuple(instances),
         guarded[:count],
         runs_of_values(pattern.column_start, pattern.value_start, labels, pattern.value_count),

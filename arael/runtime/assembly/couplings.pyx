@@ -236,6 +236,25 @@ def pattern_arrays(sizes, keys, bint by_rows):
     return column_start, rows, value_start, offsets, offset[nb], begin[nb]
 
 
+def places_of(pattern):
+    """(blocks, 5) first row, first column, height, width and place of each block of a pattern."""
+    cdef Py_ssize_t count = len(pattern.rows), column, k
+    table = np.empty((count, 5), dtype=np.int64)
+    cdef int64_t* to = <int64_t*>writable(table, np.int64)
+    cdef const int64_t* start = ints(pattern.column_start)
+    cdef const int64_t* rows = ints(pattern.rows)
+    cdef const int64_t* sizes = ints(pattern.sizes)
+    cdef const int64_t* offsets = ints(pattern.offsets)
+    cdef const int64_t* places = ints(pattern.value_start)
+    for column in range(pattern.block_count):
+        for k in range(start[column], start[column + 1]):
+            to[0], to[1] = offsets[rows[k]], offsets[column]
+            to[2], to[3], to[4] = sizes[rows[k]], sizes[column], places[k]
+            to += 5
+    read_only(table)
+    return table
+
+
 def diagonal_of(pattern):
     """(n,) int64 offset in the values of each diagonal scalar of a pattern."""
     cdef Py_ssize_t nb = pattern.block_count, column, k, size

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.couplings import pattern_arrays
+from arael.runtime.assembly.couplings import pattern_arrays, places_of
 
 Ints = NDArray[np.int64]
 
@@ -71,6 +71,11 @@ class BlockPattern:
             return 0
         heights = np.add.reduceat(self.sizes[self.rows], self.column_start[:-1])
         return int(heights @ self.sizes)
+
+    @cached_property
+    def places(self) -> Ints:
+        """(nblocks, 5) first scalar row, first scalar column, height, width and `value_start`."""
+        return places_of(self)
 
     def same_as(self, other: BlockPattern) -> bool:
         """Whether both have the same blocks with the same sizes and offsets."""

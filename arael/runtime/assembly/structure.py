@@ -24,6 +24,7 @@ from arael.runtime.store.access import (
     lengths_through,
     outputs,
 )
+from arael.runtime.store.rearranged import held_of
 from arael.runtime.system import (
     System,
     build_system,
@@ -206,20 +207,15 @@ def _with_other_flags(
     """
     layout, system = store.layout, known.system
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
-    idle = 0
-    for moves, blocks in zip(free, system.blocks, strict=True):
-        moving = moves.any(axis=1)
-        if (moving & (blocks.first < 0)).any():
-            return None
-        idle += int((~moving & (blocks.first >= 0)).sum())
-    if idle > max(_FEW_IDLE, _IDLE * len(system.sizes)):
+    held, idle = held_of(free, [blocks.first for blocks in system.blocks])
+    if held is None or idle > max(_FEW_IDLE, _IDLE * len(system.sizes)):
         return None
     return replace(
         known,
         flags=tuple(store.tables[entity.table].flags_version for entity in layout.entities),
         bounds=_bounds_versions(store),
         frozen=frozen,
-        system=hold(system, free),
+        system=hold(system, free, held),
         idle=idle,
         partition=[],
     )

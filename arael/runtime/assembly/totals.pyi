@@ -22,6 +22,9 @@ class Totals:
         diagonal_at: NDArray[np.int64],
         single: bool,
     ) -> None: ...
+    def hold_others(
+        self, held: NDArray[np.int64], held_values: NDArray[np.int64]
+    ) -> None: ...
     def restrict(
         self, gradient: NDArray[np.int64] | None = None, values: NDArray[np.int64] | None = None
     ) -> None: ...

@@ -65,6 +65,11 @@ cdef class Totals:
         self._keep.append(kept)
         return <const int64_t*>address(kept, np.int64)
 
+    def hold_others(self, held, held_values):
+        """Let other scalars be those that do not move; parameters as those of the class."""
+        self._all = (*self._all[:2], held, held_values)
+        self.restrict()
+
     def restrict(self, gradient=None, values=None):
         """Zero some scalars and values only; other contributions add up to what is not defined.
 

@@ -10,9 +10,7 @@ def connected(
 ) -> tuple[int, NDArray[np.int32]]: ...
 def labels_of_instances(
     gradient_at: NDArray[np.int32],
-    offsets: Ints,
-    labels: NDArray[np.int32],
-    idle: NDArray[np.uint8],
+    component: NDArray[np.int32],
     none: int,
 ) -> NDArray[np.int32]: ...
 def runs_of_values(

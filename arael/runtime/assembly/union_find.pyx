@@ -49,40 +49,27 @@ def connected(column_start, rows, ones, others, idle):
     return count, labels
 
 
-def labels_of_instances(gradient_at, offsets, labels, idle, int32_t none):
-    """(n,) int32, component of the first block that each instance uses and that is not idle.
+def labels_of_instances(gradient_at, component, int32_t none):
+    """(n,) int32, component of the first scalar that each instance uses and that is of one.
 
     Parameters
     ----------
     gradient_at : (n, uses) int32, first scalar of each use; beyond the last: not solved for
-    offsets : (blocks + 1,) int64, first scalar of each block
-    labels : (blocks,) int32
-    idle : (blocks,) uint8
-    none : component of instances without such a block
+    component : (scalars,) int32, component of each scalar of the system; -1 in idle blocks
+    none : component of instances without such a scalar
     """
-    cdef Py_ssize_t n = gradient_at.shape[0], uses = gradient_at.shape[1]
-    cdef Py_ssize_t nb = len(offsets) - 1, k, u, low, high, middle
+    cdef Py_ssize_t n = gradient_at.shape[0], uses = gradient_at.shape[1], size = len(component)
+    cdef Py_ssize_t k, u
     cdef const int32_t* at = <const int32_t*>address(gradient_at, np.int32)
-    cdef const int64_t* offset = <const int64_t*>address(offsets, np.int64)
-    cdef const int32_t* label = <const int32_t*>address(labels, np.int32, nb)
-    cdef const uint8_t* out = <const uint8_t*>address(idle, np.uint8, nb)
+    cdef const int32_t* label = <const int32_t*>address(component, np.int32)
     found = np.empty(n, dtype=np.int32)
     cdef int32_t* to = <int32_t*>writable(found, np.int32)
     with nogil:
         for k in range(n):
             to[k] = none
             for u in range(uses):
-                if not 0 <= at[u] < offset[nb]:
-                    continue
-                low, high = 0, nb
-                while high - low > 1:
-                    middle = (low + high) // 2
-                    if offset[middle] <= at[u]:
-                        low = middle
-                    else:
-                        high = middle
-                if not out[low]:
-                    to[k] = label[low]
+                if 0 <= at[u] < size and label[at[u]] >= 0:
+                    to[k] = label[at[u]]
                     break
             at += uses
     return found

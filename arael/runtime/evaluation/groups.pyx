@@ -99,6 +99,14 @@ cdef class Groups:
         """Let the instances of a group have other data; there are as many as before."""
         self.lanes.replace(g, one)
 
+    def hold(self, system, held_values):
+        """Let the scalars move that move in a system of the same blocks.
+
+        Every entity must start at stored scalars after this.
+        """
+        self.states.hold(system)
+        self.totals.hold_others(system.held, held_values)
+
     def start_at(self, Py_ssize_t e, stored):
         """Let the rows of an entity stand at other stored scalars (rows, stored)."""
         self.states.start_at(e, stored)

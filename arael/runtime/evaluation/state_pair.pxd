@@ -46,6 +46,7 @@ cdef class StatePair:
     cdef Py_ssize_t _runs
     cdef object _moving          # arrays of the two
     cdef bint _large             # whether they are worth sharing among threads
+    cdef object _still_scalars   # the array of the next
     cdef const uint8_t* _held    # [size] scalars that do not move
 
     # The other states become the accepted ones moved by `step`.

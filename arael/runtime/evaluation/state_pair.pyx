@@ -151,7 +151,7 @@ cdef class StatePair:
         self._raised = raised
         self._count = len(entities)
         self.arrays = [[], []]
-        self._keep, self._first = [kernels], []
+        self._keep = [kernels]
         self._still = np.zeros(max(self._size, 1), dtype=dtype)
         self.entities = <EntityStates*>calloc(self._count + 1, sizeof(EntityStates))
         if self.entities == NULL:
@@ -164,16 +164,7 @@ cdef class StatePair:
                 state[:rows, : entity.stored] = stored[e]
                 self.arrays[which].append(state)
                 one.state[<int>which] = writable(state, dtype)
-            blocks = system.blocks[e]
-            # Rows in which nothing moves take no step, though a session may keep their blocks.
-            first = blocks.first.astype(np.int32)
-            some = blocks.every
-            if not some:
-                first[~blocks.solved] = -1
-                some = blocks.solved.any()
-            self._first.append(first)
-            one.delta_at = <const int32_t*>address(first, np.int32, rows)
-            one.rows, one.moving = rows, rows if some else 0
+            one.rows = rows
             one.stored, one.stride, one.plain = entity.stored, entity.state, entity.plain
             uses = entity.places
             self._keep.append(uses)
@@ -186,14 +177,36 @@ cdef class StatePair:
                 program = entity_program(entity)
                 self._keep.append(program)
                 one.program = <void*>program
-        held = np.zeros(max(self._size, 1), dtype=np.uint8)
-        held[system.held] = 1
-        self._keep.append(held)
-        self._held = <const uint8_t*>address(held, np.uint8)
-        self.restrict()
+        self.hold(system)
         for e in range(self._count):
             self._settle(e)
         raised.again()
+
+    def hold(self, system):
+        """Let the scalars move that move in a system of the same blocks.
+
+        Both states must be the same in rows that do not move: `start_at` makes them so.
+        """
+        cdef EntityStates* one
+        if system.size != self._size:
+            raise ValueError(f"expected a system of {self._size} scalars, found {system.size}")
+        self._first = []
+        for e in range(self._count):
+            one = &self.entities[<Py_ssize_t>e]
+            blocks = system.blocks[e]
+            # Rows in which nothing moves take no step, though a session may keep their blocks.
+            first = blocks.first.astype(np.int32)
+            some = blocks.every
+            if not some:
+                first[~blocks.solved] = -1
+                some = blocks.solved.any()
+            self._first.append(first)
+            one.delta_at = <const int32_t*>address(first, np.int32, one.rows)
+            one.moving = one.rows if some else 0
+        self._still_scalars = np.zeros(max(self._size, 1), dtype=np.uint8)
+        self._still_scalars[system.held] = 1
+        self._held = <const uint8_t*>address(self._still_scalars, np.uint8)
+        self.restrict()
 
     def restrict(self, component=None, kept=None):
         """Move rows of some components only; the others stay as they are accepted.

@@ -34,24 +34,6 @@ cdef bint unbounded(low, high) except -1:
     return True
 
 
-cdef block_table(pattern):
-    """(blocks, 5) first row, first column, height, width and place of each block of a pattern."""
-    cdef Py_ssize_t count = len(pattern.rows), column, k
-    table = np.empty((count, 5), dtype=np.int64)
-    cdef int64_t* to = <int64_t*>writable(table, np.int64)
-    cdef const int64_t* start = <const int64_t*>address(pattern.column_start, np.int64)
-    cdef const int64_t* rows = <const int64_t*>address(pattern.rows, np.int64)
-    cdef const int64_t* sizes = <const int64_t*>address(pattern.sizes, np.int64)
-    cdef const int64_t* offsets = <const int64_t*>address(pattern.offsets, np.int64)
-    cdef const int64_t* places = <const int64_t*>address(pattern.value_start, np.int64)
-    for column in range(pattern.block_count):
-        for k in range(start[column], start[column + 1]):
-            to[0], to[1] = offsets[rows[k]], offsets[column]
-            to[2], to[3], to[4] = sizes[rows[k]], sizes[column], places[k]
-            to += 5
-    return table
-
-
 cdef class Box:
     """The bounded scalars of a system.
 
@@ -64,7 +46,7 @@ cdef class Box:
 
     def __init__(self, Evaluation evaluation, structure, diagonal_at):
         system, pattern = structure.system, structure.pattern
-        blocks = block_table(pattern)
+        blocks = pattern.places
         if unbounded(system.low, system.high):
             ints, ends = NOTHING
         else:

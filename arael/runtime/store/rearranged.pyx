@@ -471,3 +471,61 @@ def numbered(list flags):
                     to[0] = first[k] + c
                     to += 1
     return rows, all_sizes if block == extent else all_sizes[:block].copy(), held, starts, scalar
+
+
+def some_set(flags):
+    """(n,) bool, whether some of the flags (n, width) of a row are set."""
+    cdef Py_ssize_t n = flags.shape[0], width = flags.shape[1], k, c
+    cdef const uint8_t* flag = <const uint8_t*>address(flags, np.bool_)
+    found = np.zeros(n, dtype=np.bool_)
+    cdef uint8_t* to = <uint8_t*>writable(found, np.bool_)
+    for k in range(n):
+        for c in range(width):
+            to[k] |= flag[k * width + c]
+    return found
+
+
+def held_of(list flags, list firsts):
+    """What is held of rows that were numbered when others of their scalars moved.
+
+    Parameters
+    ----------
+    flags : (n, width) bool of each table, scalars that move
+    firsts : (n,) int64 of each table, as `numbered` gives it
+
+    Returns
+    -------
+    held : int64, scalars of numbered rows that do not move, ascending; None if something moves in a
+        row that has no number
+    idle : numbered rows in which nothing moves
+    """
+    cdef Py_ssize_t n, width, k, c, moving, kept = 0, idle = 0
+    cdef const uint8_t* flag
+    cdef const int64_t* first
+    cdef int64_t* to = NULL
+    cdef int pass_
+    held = None
+    for pass_ in range(2):  # count, then fill
+        if pass_:
+            held = np.empty(kept, dtype=np.int64)
+            to = <int64_t*>writable(held, np.int64)
+        for one, begins in zip(flags, firsts):
+            n, width = one.shape[0], one.shape[1]
+            flag = <const uint8_t*>address(one, np.bool_)
+            first = <const int64_t*>address(begins, np.int64, n)
+            for k in range(n):
+                moving = 0
+                for c in range(width):
+                    moving += flag[k * width + c]
+                if first[k] < 0:
+                    if moving:
+                        return None, 0
+                elif pass_ == 0:
+                    kept += width - moving
+                    idle += moving == 0
+                elif moving < width:
+                    for c in range(width):
+                        if not flag[k * width + c]:
+                            to[0] = first[k] + c
+                            to += 1
+    return held, idle

@@ -35,13 +35,13 @@ def test_values_and_instances_have_the_component_of_their_blocks(seed: int, by_r
     used = np.concatenate([pairs, np.full((1, 2), -1)])
     used[2, 1] = -1  # not solved for
     at = np.where(used >= 0, pattern.offsets[used], pattern.size).astype(np.int32)
-    found = labels_of_instances(at, pattern.offsets, labels, idle, count)
+    component = np.repeat(np.where(idle, -1, labels), sizes).astype(np.int32)
+    found = labels_of_instances(at, component, count)
     for blocks, label in zip(used, found, strict=True):
         moving = [int(b) for b in blocks if b >= 0 and not idle[b]]
         assert label == (labels[moving[0]] if moving else count)
 
 
 def test_instances_that_use_nothing_belong_to_no_component() -> None:
-    labels, idle = np.zeros(1, dtype=np.int32), np.zeros(1, dtype=np.uint8)
     at = np.empty((3, 0), dtype=np.int32)
-    assert labels_of_instances(at, np.array([0, 2]), labels, idle, 1).tolist() == [1, 1, 1]
+    assert labels_of_instances(at, np.zeros(2, dtype=np.int32), 1).tolist() == [1, 1, 1]
