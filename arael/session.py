@@ -76,8 +76,10 @@ class Session:
             from arael.runtime.unrolled import unrolled
 
             store = unrolled(store.layout, store, getattr(store, "programs", None))[1]
+        before = found.structure.plan
         if found.store is not store or not found.refresh(frozen):
             return None
+        self.counts.problems += found.structure.plan is not before
         self.counts.gathered += found.gathered
         return found
 

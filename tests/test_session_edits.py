@@ -17,6 +17,12 @@ import pytest
 
 import arael
 from arael.result import Result
+from arael.runtime.assembly import edits, shares
+from arael.runtime.assembly.couplings import used_rows
+from arael.runtime.assembly.pattern import BlockPattern
+from arael.runtime.assembly.placement import Placement
+from arael.runtime.assembly.scatter_plan import ScatterPlan
+from arael.runtime.assembly.shares import Shares
 from arael.session import Session
 
 MODEL = """
@@ -200,6 +206,30 @@ def same_components(warm: Result, cold: Result, what: str) -> None:
         np.testing.assert_array_equal(warm.components.status, cold.components.status, what)
 
 
+def contents(one: Any) -> list[Any]:
+    """Arrays and numbers of a plan, in a fixed order."""
+    if isinstance(one, list | tuple):
+        return [part for element in one for part in contents(element)]
+    if isinstance(one, ScatterPlan):
+        by_execution = [[key, shares] for key, shares in sorted(one._shares.items())]
+        kept = one.active, one.pattern, one.placements, one.trash, one.behind, one.counts
+        return contents((kept, one.diagonal_at, by_execution))
+    if isinstance(one, BlockPattern):
+        return contents((one.sizes, one.column_start, one.rows, one.value_start, one.by_rows))
+    if isinstance(one, Placement | Shares):
+        return contents(list(vars(one).values()))
+    return [one]
+
+
+def same_plan(warm: ScatterPlan, cold: ScatterPlan, what: str) -> None:
+    """The plan that edits have come to is that of the store alone, to the last number."""
+    warm.check()
+    mine, theirs = contents(warm), contents(cold)
+    assert len(mine) == len(theirs), what
+    for one, other in zip(mine, theirs, strict=True):
+        np.testing.assert_array_equal(one, other, err_msg=what)
+
+
 def agree(edited: Edited, what: str) -> None:
     """Solve in the session at hand and in a fresh one from the same start."""
     session, start = edited.model.session, edited.state()
@@ -207,6 +237,9 @@ def agree(edited: Edited, what: str) -> None:
     edited.put(start)
     object.__setattr__(edited.model, "_session", Session())
     cold, other = edited.solve(), edited.state()
+    structure = session.earlier.structure
+    if not structure.idle:
+        same_plan(structure.plan, edited.model.session.earlier.structure.plan, what)
     assert warm.status == cold.status, what
     same_components(warm, cold, what)
     np.testing.assert_allclose(warm.start_cost, cold.start_cost, 1e-12, err_msg=what)
@@ -378,3 +411,127 @@ def test_the_first_solve_of_a_small_problem_imports_nothing(tmp_path: Path) -> N
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout == "[]\n", done.stderr
+
+
+def test_an_edit_places_only_what_is_new(net: type, monkeypatch: pytest.MonkeyPatch) -> None:
+    edited = Edited(net, 60, 5)
+    edited.solve()
+    placed: list[int] = []
+
+    def counting(ways: Any, blocks: Any, n: int, nowhere: int) -> Any:
+        placed.append(n)
+        return used_rows(ways, blocks, n, nowhere)
+
+    monkeypatch.setattr(edits, "used_rows", counting)
+    for what, edit in (
+        ("appended", lambda: edited._link(20, 21)),
+        ("removed", lambda: edited.model.links.remove(edited.links.pop(7)[0])),
+        ("switched off", lambda: setattr(edited.points[9], "seen", False)),
+        ("switched on", lambda: setattr(edited.points[9], "seen", True)),
+    ):
+        (problems, analyses), pattern = counted(edited), pattern_of(edited)
+        if what == "removed":  # another link couples these points
+            edited._link(7, 8)
+            edited.solve()
+            problems, placed[:] = problems + 1, []
+        edit()
+        edited.solve()
+        # Of a removed row the rows before and after are looked at, for the blocks it leaves.
+        assert sum(placed) <= 2, what
+        assert placed, what
+        assert counted(edited) == (problems + 1, analyses), what
+        assert pattern_of(edited) is pattern, what
+        placed.clear()
+        agree(edited, what)
+        placed.clear()
+
+
+@pytest.mark.parametrize("grain", [None, 300.0])
+def test_random_edits_of_a_larger_problem_solve_as_fresh(
+    net: type, monkeypatch: pytest.MonkeyPatch, grain: float | None
+) -> None:
+    if grain is not None:  # what threads share is cut into shares, as of large problems
+        monkeypatch.setattr(shares, "GRAIN", grain)
+    edited = Edited(net, 700, 11)
+    agree(edited, "at first")
+    plan = edited.model.session.earlier.structure.plan
+    assert plan.pattern.value_count > shares._CACHED
+    assert (plan.shares[0].count > 1) == (grain is not None)
+    couplings = [lambda k: edited._link(k, k + 1), lambda k: edited._link(k, k - 1)]
+    for k in range(24):
+        name = str(edited.rng.choice(["couple", "remove_link", "guard_of_link", "guard", "refer"]))
+        if name == "couple":
+            couplings[k % 2](int(edited.rng.integers(1, 698)))
+        else:
+            EDITS[name](edited)
+        agree(edited, f"{k}: {name}")
+
+
+LED = """
+struct Early { param p: vec3; goal: vec3; constraint hold { (p - goal) * 0.5 } }
+struct Middle { param m: vec2; goal: vec2; constraint hold { (m - goal) * 0.5 } }
+struct Late { param p: vec3; goal: vec3; constraint hold { (p - goal) * 0.5 } }
+struct Before {
+    a: ref Early in root.early
+    b: ref Middle in root.middle
+    d: real
+    constraint tie { a.p.x * b.m.x + a.p.z - b.m.y - d }
+}
+struct After {
+    a: ref Late in root.late
+    b: ref Middle in root.middle
+    d: real
+    constraint tie { a.p.x * b.m.x + a.p.z - b.m.y - d }
+}
+root Led {
+    early: list of Early
+    middle: list of Middle
+    late: list of Late
+    before: arena of Before
+    after: arena of After
+}
+"""
+
+
+def test_edits_of_instances_in_the_order_of_their_leads(tmp_path: Path) -> None:
+    """Leads stand before and behind what they are coupled with, now more of these, now of those."""
+    path = tmp_path / "led.arael"
+    path.write_text(LED, encoding="utf-8")
+    model: Any = arael.load(path)()
+    rng = np.random.default_rng(4)
+    for name, kind, width in (("early", "p", 3), ("middle", "m", 2), ("late", "p", 3)):
+        goal = rng.normal(size=(6, width))
+        getattr(model, name).extend(**{kind: goal, "goal": goal})
+    links: dict[str, list[tuple[Any, int, int]]] = {"before": [], "after": []}
+
+    def append(kind: str, i: int, j: int) -> None:
+        ends = {"a": (model.early if kind == "before" else model.late)[i], "b": model.middle[j]}
+        row = getattr(model, kind).append(**ends, d=0.1 * rng.normal())
+        links[kind].append((row, i, j))
+
+    for kind in links:
+        for i, j in rng.permutation([(i, j) for i in range(6) for j in range(6)]):
+            append(kind, int(i), int(j))
+    model.solve()
+    orders: set[bool] = set()
+    kept = 0
+    for k in range(40):
+        before = model.session.earlier.structure.pattern
+        kind = ("before", "after")[(k // 10) % 2]
+        if k % 3 == 2:
+            row, i, j = links[kind].pop(int(rng.integers(len(links[kind]))))
+            getattr(model, kind).remove(row)
+        else:
+            append(kind, int(rng.integers(6)), int(rng.integers(6)))
+        session, start = model.session, model.serialize()
+        model.solve()
+        warm = model.session.earlier.structure.plan
+        orders.add(warm.pattern.by_rows)
+        kept += warm.pattern is before
+        model.deserialize(start)
+        object.__setattr__(model, "_session", Session())
+        model.solve()
+        same_plan(warm, model.session.earlier.structure.plan, f"edit {k}")
+        object.__setattr__(model, "_session", session)
+    assert orders == {False, True}
+    assert 25 < kept < 40

@@ -33,7 +33,8 @@ from arael.runtime.machine.tape import Tape
 
 LAYOUT_VERSION = 4
 
-ReadBy = tuple[tuple[int, ...], ...]
+ReadBy = tuple[int, ...]
+"""Numbers of groups that are prepared from the same."""
 
 
 class Step(msgspec.Struct, frozen=True):
@@ -666,6 +667,32 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         )
 
     @cached_property
+    def passed(self) -> tuple[frozenset[str] | None, ...]:
+        """Per group, the tables whose rows and refs alone decide which rows its instances read.
+
+        None where data does as well, and of lists.
+        """
+        return tuple(self._passed(group) for group in self.groups)
+
+    def _passed(self, group: Group) -> frozenset[str] | None:
+        if group.guard is not None or group.lengths:
+            return None
+        found = {group.table}
+        for slot in group.slots:
+            path = group.table
+            for step in slot.steps:
+                if step.kind == "root":
+                    path = ""
+                elif step.kind == "parent":
+                    path = self.table(path).parent
+                elif step.kind == "ref" and (to := self.table(path).column(step.ref).target):
+                    path = to.table
+                else:
+                    return None
+                found.add(path)
+        return frozenset(found)
+
+    @cached_property
     def readers(self) -> dict[tuple[str, str], tuple[int, ...]]:
         """Table and column of all data -> numbers of the groups that are prepared from it."""
         found: dict[tuple[str, str], list[int]] = {}
@@ -678,9 +705,11 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         return {place: tuple(numbers) for place, numbers in found.items()}
 
     @cached_property
-    def read_columns(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...], ReadBy]]:
-        """By table: columns with values, optionals, and for both in turn the groups of `readers`."""
-        found: dict[str, tuple[dict[str, tuple[int, ...]], dict[str, tuple[int, ...]]]] = {}
+    def read_columns(
+        self,
+    ) -> dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[ReadBy, ...]]]:
+        """By table: columns with values, optionals, and of each in turn who reads it."""
+        found: dict[str, tuple[dict[str, ReadBy], dict[str, ReadBy]]] = {}
         for (table, column), groups in self.readers.items():
             values, optionals = found.setdefault(table, ({}, {}))
             if column.endswith("?"):

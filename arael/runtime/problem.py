@@ -215,31 +215,52 @@ class Problem:
         False, with nothing done, if the structure is another now: then it takes a new problem.
         """
         began = time.perf_counter()
-        found = structure_of(self.store, frozen, self.structure, self.natives, keep_idle=True)
-        if found is not self.structure and not self._hold(found):
+        before = self.structure
+        found = structure_of(self.store, frozen, before, self.natives, keep_idle=True)
+        if found is not before and not self._fits(found):
             self.upcoming = found
             self.seconds = time.perf_counter() - began  # counted with the problem that takes it
             return False
+        self.structure = found
+        changed = self._watch.changed(self.store)
+        if found.plan is not before.plan:
+            changed.update(n for n in range(len(self.instances)) if not self._same_ways(n, before))
         self.gathered = 0
-        for number in self._watch.changed(self.store):
+        for number in changed:
             self.instances[number] = self._gather(number)
-            self.evaluation.replace(number, self.instances[number])
+        if found.plan is before.plan:
+            for number in changed:
+                self.evaluation.replace(number, self.instances[number])
+        if found is not before:
+            self._take_changes(before)
         self.load_values()
         self.number_instances()
         self.seconds = time.perf_counter() - began
         return True
 
-    def _hold(self, found: Structure) -> bool:
-        """Take over a structure in which only what is held or bounded differs, if it is one."""
+    def _fits(self, found: Structure) -> bool:
+        """Whether a structure has the blocks and rows of this problem, whose states then stay."""
         # Functions of the caller, and parts elsewhere, have made their own of the structure.
         own = self.hooks is None and self.evaluation_type is Evaluation
-        if not own or found.plan is not self.structure.plan:
-            return False
-        self.structure = found
-        self.evaluation.hold(found.system, found.plan.values_of(found.system.held))
-        self.box = self.box_type(self.evaluation, found, self.diagonal_at)
-        self.state_dirty = True  # rows that move no longer must be the same in both states
-        return True
+        return (
+            own
+            and found.pattern is self.structure.pattern
+            and all(
+                now.first is then.first
+                for now, then in zip(found.system.blocks, self.structure.system.blocks, strict=True)
+            )
+        )
+
+    def _take_changes(self, before: Structure) -> None:
+        """Let the evaluation have what is held and where instances add in the structure of now."""
+        system, plan = self.structure.system, self.structure.plan
+        held_values = plan.values_of(system.held)
+        if plan is not before.plan:
+            self.evaluation.place(self.structure, self.instances, held_values, self.diagonal_at)
+        if system is not before.system:
+            self.evaluation.hold(system, held_values)
+            self.box = self.box_type(self.evaluation, self.structure, self.diagonal_at)
+            self.state_dirty = True  # rows that move no longer must be the same in both states
 
     def load_values(self) -> None:
         """Start at the current values of the store; data and flags must be those of before."""

@@ -1,5 +1,5 @@
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,13 @@ Bytes = NDArray[np.uint8]
 def used_rows(
     ways: list[Ints], blocks: list[Any], n: int, nowhere: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], Ints]: ...
+def common_ends(
+    now: list[Ints], before: list[Ints], count: int, count_before: int
+) -> tuple[int, int]: ...
+def add_counts(
+    counts: NDArray[np.int32], block_at: Ints, turn: Bytes, nowhere: int, sign: int
+) -> bool: ...
+def leads_behind(block: Ints, lead: int) -> int: ...
 def uses_and_keys(
     groups: Sequence[Group],
     coupled: Sequence[Bytes],
@@ -26,11 +33,21 @@ def has_blocks(pattern: BlockPattern, keys: Ints) -> bool: ...
 def pattern_arrays(
     sizes: Ints, keys: Ints, by_rows: bool
 ) -> tuple[Ints, Ints, Ints, Ints, int, int]: ...
+def places_of(pattern: BlockPattern) -> Ints: ...
 def diagonal_of(pattern: BlockPattern) -> Ints: ...
 def rows_and_columns(pattern: BlockPattern, scalars: Ints) -> tuple[Ints, Ints]: ...
+@overload
 def placed_pairs(
-    block: Ints, coupled: Bytes, pattern: BlockPattern, nowhere: int
+    block: Ints,
+    coupled: Bytes,
+    pattern: BlockPattern,
+    nowhere: int,
+    complete: Literal[True] = True,
 ) -> tuple[Ints, Bytes]: ...
+@overload
+def placed_pairs(
+    block: Ints, coupled: Bytes, pattern: BlockPattern, nowhere: int, complete: Literal[False]
+) -> tuple[Ints, Bytes] | None: ...
 def keys_of(
     rows: NDArray[np.int32],
     lead: int,
@@ -40,6 +57,11 @@ def keys_of(
 ) -> Ints: ...
 def order_by(keys: Ints) -> Ints | None: ...
 def lane_targets(
-    arrays: Sequence[NDArray[Any]], lanes: int, order: Ints | None, leads: Sequence[int]
+    arrays: Sequence[NDArray[Any]],
+    lanes: int,
+    order: Ints | None,
+    leads: Sequence[int],
+    known: Sequence[NDArray[Any]] | None = None,
+    kept: int = 0,
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], Ints, Bytes, Bytes]: ...
 def shared_rows(rows: NDArray[np.int32], leads: Sequence[int], n: int) -> NDArray[np.uint8]: ...

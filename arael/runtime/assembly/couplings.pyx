@@ -62,6 +62,72 @@ def used_rows(list ways, list blocks, Py_ssize_t n, Py_ssize_t nowhere):
     return rows, gradient_at, block
 
 
+def common_ends(list now, list before, Py_ssize_t count, Py_ssize_t count_before):
+    """How many instances at the beginning, and at the end, read the rows that they read before.
+
+    Parameters
+    ----------
+    now, before : per use, int64 rows of the instances
+    count, count_before : instances
+
+    Returns
+    -------
+    first, last : instances; none is in both
+    """
+    cdef Py_ssize_t first = min(count, count_before), last, k
+    cdef const int64_t* new
+    cdef const int64_t* old
+    for one, other in zip(now, before):
+        new, old = ints(one, count), ints(other, count_before)
+        k = 0
+        while k < first and new[k] == old[k]:
+            k += 1
+        first = k
+    last = min(count, count_before) - first
+    for one, other in zip(now, before):
+        new, old = ints(one, count) + count - 1, ints(other, count_before) + count_before - 1
+        k = 0
+        while k < last and new[-k] == old[-k]:
+            k += 1
+        last = k
+    return first, last
+
+
+def add_counts(counts, block_at, turn, Py_ssize_t nowhere, int sign):
+    """Count how often instances add to each block of a pattern that is not on its diagonal.
+
+    Parameters
+    ----------
+    counts : (nowhere + 1,) int32, by the place of a block in the values; changed
+    block_at, turn : (n, pairs) int64 and uint8, as `Placement` has them
+    nowhere : place of what is not solved for
+    sign : 1, or -1 to take them away
+
+    Returns
+    -------
+    Whether each of these blocks has some left.
+    """
+    cdef Py_ssize_t n = block_at.shape[0], pairs = block_at.shape[1], _, a, b, p
+    cdef const int64_t* at = ints(block_at)
+    cdef const uint8_t* how = <const uint8_t*>address(turn, np.uint8, n * pairs)
+    cdef int32_t* count = <int32_t*>writable(counts, np.int32, nowhere + 1)
+    cdef bint some = True
+    for _ in range(n):
+        p = a = 0
+        while p < pairs:
+            for b in range(a + 1):
+                if b < a and how[p] != 2 and at[p] != nowhere:
+                    if not 0 <= at[p] < nowhere:
+                        raise IndexError(f"place {at[p]} of {nowhere}")
+                    count[at[p]] += sign
+                    some &= count[at[p]] > 0
+                p += 1
+            a += 1
+        at += pairs
+        how += pairs
+    return some
+
+
 def uses_and_keys(groups, coupled, slot_rows, active, blocks, Py_ssize_t nb, Py_ssize_t nowhere):
     """What the active instances of all groups use, and the pairs of blocks that they couple.
 
@@ -133,7 +199,7 @@ cdef Py_ssize_t add_keys(block, coupled, Py_ssize_t nb, keys, Py_ssize_t count) 
     return count
 
 
-cdef Py_ssize_t leads_behind(block, Py_ssize_t lead) except? -1:
+def leads_behind(block, Py_ssize_t lead):
     """How often the use `lead` stands behind another one in the system, less how often before."""
     cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, u, found = 0
     cdef const int64_t* at = ints(block)
@@ -354,7 +420,7 @@ cdef inline Py_ssize_t found_in(
     return begin if begin < last and rows[begin] == row else last
 
 
-def placed_pairs(block, coupled, pattern, Py_ssize_t nowhere):
+def placed_pairs(block, coupled, pattern, Py_ssize_t nowhere, bint complete=True):
     """Offsets of the contributions of each instance in the values.
 
     Parameters
@@ -364,11 +430,13 @@ def placed_pairs(block, coupled, pattern, Py_ssize_t nowhere):
     pattern : BlockPattern
         Has every block that is coupled.
     nowhere : place of what is not solved for
+    complete : whether it is an error that the pattern lacks a block that is coupled
 
     Returns
     -------
     block_at : (n, pairs) int64
     turn : (n, pairs) uint8
+        Or None, if the pattern lacks a block and need not be complete.
     """
     cdef Py_ssize_t n = block.shape[0], uses = block.shape[1], _, a, b, p, pairs, at
     pairs = uses * (uses + 1) // 2
@@ -406,6 +474,8 @@ def placed_pairs(block, coupled, pattern, Py_ssize_t nowhere):
             one += uses
             to += pairs
             how += pairs
+    if lost and not complete:
+        return None
     if lost:
         raise ValueError("the pattern lacks a block that is coupled")
     return block_at, turn
@@ -490,7 +560,7 @@ def order_by(keys):
     return order
 
 
-def lane_targets(arrays, Py_ssize_t lanes, order, leads):
+def lane_targets(arrays, Py_ssize_t lanes, order, leads, known=None, Py_ssize_t kept=0):
     """Targets of a group in lane order, read-only, as `LaneTargets` has them, without `first`.
 
     Parameters
@@ -499,8 +569,10 @@ def lane_targets(arrays, Py_ssize_t lanes, order, leads):
     lanes : instances of a block
     order : (n,) int64 instances in the order of the lanes; None: as they come
     leads : of the group
+    known : targets of the instances of before, without an order
+    kept : blocks of lanes that are as in `known`
     """
-    found = spread_all(arrays, lanes, order)
+    found = spread_all(arrays, lanes, order, None if known is None else known[:4], kept)
     run = shared_rows(found[0], leads, len(arrays[0]))
     read_only(run)
     return (*found, run)

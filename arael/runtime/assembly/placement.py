@@ -52,8 +52,8 @@ def pattern_and_placements(
     active: Sequence[Ints],
     system: System,
     known: BlockPattern | None = None,
-) -> tuple[BlockPattern, list[Placement]]:
-    """Blocks that are coupled, and where each group's contributions go in them.
+) -> tuple[BlockPattern, list[Placement], int]:
+    """Blocks that are coupled, where each group's contributions go in them, and `behind`.
 
     Parameters
     ----------
@@ -61,6 +61,11 @@ def pattern_and_placements(
     slot_rows : per group, the rows of each slot
     active : per group, its active rows
     known : a pattern of the same system, which is returned if it has these blocks
+
+    Returns
+    -------
+    pattern, placements
+    behind : how often leads stand behind what they are coupled with, less how often before
     """
     used, keys, behind = uses_and_keys(
         groups, coupled, slot_rows, active, system.blocks, len(system.sizes), system.size
@@ -74,7 +79,8 @@ def pattern_and_placements(
     else:
         pattern = BlockPattern.from_keys(system.sizes, keys, system.name_of, by_rows=by_rows)
     nowhere = pattern.value_count
-    return pattern, [
+    placements = [
         Placement(rows, gradient_at, *placed_pairs(block, chosen, pattern, nowhere))
         for (rows, gradient_at, block), chosen in zip(used, coupled, strict=True)
     ]
+    return pattern, placements, behind

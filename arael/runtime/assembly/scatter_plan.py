@@ -6,6 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.assembly.couplings import add_counts
 from arael.runtime.assembly.invariants import check_pattern, check_placements
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement, pattern_and_placements
@@ -33,6 +37,8 @@ class ScatterPlan:
     pattern : the blocks of the lower triangle of J'J
     placements : per group, offsets of its active instances, in the order of `active`
     trash : scalars behind the gradient for what is not solved for; its square behind the values
+    behind : how often leads stand behind what they are coupled with, less how often before; the
+        values lie by rows if it is positive
     """
 
     groups: tuple[Group, ...]
@@ -41,6 +47,7 @@ class ScatterPlan:
     pattern: BlockPattern
     placements: tuple[Placement, ...]
     trash: int
+    behind: int
     _shares: dict[Execution, Shares] = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
@@ -48,6 +55,15 @@ class ScatterPlan:
         """(size,) int64, offset of each diagonal scalar in the values."""
         found = diagonal_positions(self.pattern)
         read_only(found)
+        return found
+
+    @cached_property
+    def counts(self) -> NDArray[np.int32]:
+        """How often instances add to each block off the diagonal, by its place in the values."""
+        nowhere = self.pattern.value_count
+        found = np.zeros(nowhere + 1, dtype=np.int32)
+        for one in self.placements:
+            add_counts(found, one.block_at, one.turn, nowhere, 1)
         return found
 
     def values_of(self, scalars: Ints) -> Ints:
@@ -107,12 +123,12 @@ def scatter_plan(
     known : an earlier plan for the same system; its pattern is kept if it has the same blocks
     """
     before = None if known is None else known.pattern
-    pattern, placements = pattern_and_placements(
+    pattern, placements, behind = pattern_and_placements(
         layout.groups, layout.coupled, slot_rows, active, system, before
     )
     read_only(*active, pattern.sizes, pattern.column_start, pattern.rows, pattern.value_start)
     for p in placements:
-        read_only(p.rows, p.gradient_at, p.block_at, p.turn)
+        read_only(*p.in_order())
     trash = max((entity.tangent for entity in layout.entities), default=1)
     found = ScatterPlan(
         tuple(layout.groups),
@@ -121,6 +137,7 @@ def scatter_plan(
         pattern,
         tuple(placements),
         trash,
+        behind,
     )
     if known is not None and known.pattern is pattern and "diagonal_at" in known.__dict__:
         found.__dict__["diagonal_at"] = known.diagonal_at  # as the cached property keeps it

@@ -27,6 +27,10 @@ from arael.runtime.parallel.pool import cores
 from arael.runtime.protected import read_only
 
 Ints = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+
+# `LaneTargets` without `first`.
+_Placed = tuple[NDArray[np.int32], NDArray[np.int32], Ints, Bytes, Bytes]
 
 #: Shares of a problem that is cut for few threads. Divides evenly by 2, 4 and 8, and well by 3.
 SHARES = 8
@@ -155,10 +159,7 @@ def plan_shares(
     pattern, placements, trash : of the `ScatterPlan`
     """
     widths, free, stores = execution
-    work = [
-        _nanoseconds(group) * len(p.rows) if may else 0.0
-        for group, p, may in zip(groups, placements, free, strict=True)
-    ]
+    work = _work(groups, placements, execution)
     orders = tuple(
         order_of(group, p.rows, p.block_at, pattern.value_count)
         for group, p in zip(groups, placements, strict=True)
@@ -175,7 +176,11 @@ def plan_shares(
         if found is None:
             count //= 2
     if found is None:
-        return _whole(groups, entities, pattern, placements, trash, execution, orders)
+        whole = [
+            lane_targets(p.in_order(), width, order, group.lead)
+            for p, width, order, group in zip(placements, widths, orders, groups, strict=True)
+        ]
+        return _whole(groups, entities, pattern, placements, trash, execution, orders, whole)
     placed = [
         lane_targets(arrays, width, None, group.lead)
         for arrays, width, group in zip(found.placed, widths, groups, strict=True)
@@ -209,6 +214,41 @@ def plan_shares(
     )
 
 
+def edited_shares(
+    groups: Sequence[Group],
+    entities: Sequence[Entity],
+    pattern: BlockPattern,
+    placements: Sequence[Placement],
+    trash: int,
+    execution: Execution,
+    known: Shares,
+    same: Sequence[int | None],
+) -> Shares:
+    """What `plan_shares` gives, from the shares of an earlier plan with the same pattern.
+
+    Parameters
+    ----------
+    known : the earlier shares
+    same : per group, instances from the first on that are placed as before; None: all are
+    """
+    if known.count > 1 or _count(sum(_work(groups, placements, execution))) > 1:
+        return plan_shares(groups, entities, pattern, placements, trash, execution)
+    orders: list[Ints | None] = []
+    placed: list[_Placed] = []
+    for group, p, width, order, lanes, first in zip(
+        groups, placements, execution.widths, known.orders, known.placed, same, strict=True
+    ):
+        if first is None:
+            orders.append(order)
+            placed.append(lanes[:-1])
+            continue
+        now = order_of(group, p.rows, p.block_at, pattern.value_count)
+        kept = first // width if order is None and now is None else 0
+        orders.append(now)
+        placed.append(lane_targets(p.in_order(), width, now, group.lead, lanes, kept))
+    return _whole(groups, entities, pattern, placements, trash, execution, tuple(orders), placed)
+
+
 def _whole(
     groups: Sequence[Group],
     entities: Sequence[Entity],
@@ -217,13 +257,14 @@ def _whole(
     trash: int,
     execution: Execution,
     orders: tuple[Ints | None, ...],
+    placed: Sequence[_Placed],
 ) -> Shares:
-    """A problem that is not split: one share, without copies and what is added at the end."""
-    placed = [
-        # Row, gradient_at, block_at and turn of each group.
-        lane_targets(p.in_order(), width, order, group.lead)
-        for p, width, order, group in zip(placements, execution.widths, orders, groups, strict=True)
-    ]
+    """A problem that is not split: one share, without copies and what is added at the end.
+
+    Parameters
+    ----------
+    placed : per group, its `LaneTargets` without `first`
+    """
     extent = pattern.value_count + trash**2
     nowhere = np.array([pattern.value_count], dtype=np.int64)
     if extent <= _CACHED:
@@ -252,6 +293,16 @@ def _whole(
         cleared,
         ends,
     )
+
+
+def _work(
+    groups: Sequence[Group], placements: Sequence[Placement], execution: Execution
+) -> list[float]:
+    """Predicted nanoseconds of a linearisation of each group, 0 where threads may not share it."""
+    return [
+        _nanoseconds(group) * len(p.rows) if may else 0.0
+        for group, p, may in zip(groups, placements, execution.concurrent, strict=True)
+    ]
 
 
 def _count(nanoseconds: float) -> int:

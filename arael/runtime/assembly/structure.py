@@ -47,6 +47,7 @@ class Structure:
     """System and scatter plan of one state of the store."""
 
     version: Any  # of the store
+    tables: dict[str, int]  # versions of the rows of its tables
     flags: tuple[int | None, ...]  # versions of the flags of each entity's table
     bounds: tuple[Any, ...]  # versions of the bounds of its rows
     frozen: frozenset[str]
@@ -101,21 +102,36 @@ def structure_of(
             found = _with_other_flags(store, frozen, known)
             if found is not None:
                 return found
-    active = [active_rows(store, group, natives) for group in layout.groups]
+    versions = _row_versions(store)
+    active, slot_rows = [], []
+    for number, group in enumerate(layout.groups):
+        if known is not None and _same_ways(store, known, number, versions):
+            active.append(known.active[number])
+            slot_rows.append(known.slot_rows[number])
+        else:
+            active.append(active_rows(store, group, natives))
+            slot_rows.append(_slot_rows(store, group, active[-1]))
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
-    slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
     same = _same_system(store, free, known)
     system = same or build_system(store, free)
+    plan = None
+    if same and known is not None:
+        # Imported here for start-up time: a first solve has no plan to edit.
+        from arael.runtime.assembly.edits import edited_plan
+
+        plan = edited_plan(layout, known.plan, known.slot_rows, slot_rows, active, system)
+    if plan is None:
+        before = known.plan if known is not None and same else None
+        plan = scatter_plan(layout, slot_rows, active, system, before)
     return Structure(
         store.structure_version,
+        versions,
         tuple(store.tables[entity.table].flags_version for entity in layout.entities),
         _bounds_versions(store),
         frozen,
         tuple(slot_rows),
         system,
-        scatter_plan(
-            layout, slot_rows, active, system, known.plan if known is not None and same else None
-        ),
+        plan,
         layout.coupled,
     )
 
@@ -139,6 +155,7 @@ def structure_of_chosen(
     system = build_system(store, free)
     return Structure(
         store.structure_version,
+        _row_versions(store),
         tuple(store.tables[entity.table].flags_version for entity in layout.entities),
         _bounds_versions(store),
         frozen,
@@ -147,6 +164,19 @@ def structure_of_chosen(
         scatter_plan(layout, slot_rows, active, system),
         layout.coupled,
     )
+
+
+def _row_versions(store: StoreLike) -> dict[str, int]:
+    """Versions of rows and refs of all tables."""
+    return {one.path: store.tables[one.path].structure_version for one in store.layout.tables}
+
+
+def _same_ways(store: StoreLike, known: Structure, number: int, versions: dict[str, int]) -> bool:
+    """Whether all tables on the ways of a group have the rows and refs of before."""
+    if known.system.store is not store:
+        return False
+    passed = store.layout.passed[number]
+    return passed is not None and all(versions[one] == known.tables[one] for one in passed)
 
 
 def _same_system(store: StoreLike, free: list[Bools], known: Structure | None) -> System | None:

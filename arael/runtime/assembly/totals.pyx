@@ -152,6 +152,12 @@ cdef class Totals:
             self._arrays = self.zeros()
         return self._arrays
 
+    def take_arrays(self, Totals other):
+        """Have the kept arrays of `other`, which is not used again, if they are of the same size."""
+        if (self.single == other.single and self.gradient_extent == other.gradient_extent
+                and self.value_extent == other.value_extent):
+            self._arrays = other._arrays
+
     def zeros(self):
         """Zeroed arrays for J'r and the values of J'J, with trash cells and copies behind them."""
         dtype = np.float32 if self.single else np.float64

@@ -49,11 +49,14 @@ cdef class Evaluation(Groups):
     def __init__(self, layout, *args, **kwargs):
         super().__init__(layout, *args, **kwargs)
         self.threads = 1
+        self.updating = self.hooked and self.hooks.updates
+
+    def place(self, structure, instances, held_values, diagonal_at):
+        super().place(structure, instances, held_values, diagonal_at)
         self.guarded = any(
             group.moving_guard is not None and self.lanes.whole(0, g).n
-            for g, group in enumerate(layout.groups)
+            for g, group in enumerate(self.groups)
         )
-        self.updating = self.hooked and self.hooks.updates
 
     # --- functions of the caller -------------------------------------------------------------
 

@@ -18,6 +18,7 @@ cdef class Groups:
     cdef readonly Raised raised           # what Python raised meanwhile
     cdef CompiledGroups compiled
     cdef GroupLanes lanes
+    cdef object _made_of                  # layout, kernels, programs, natives
     cdef object groups                    # of the layout
     cdef object orders                    # per group, that of its instances in lanes, or None
     cdef Py_ssize_t count                 # of them

@@ -42,7 +42,6 @@ cdef class Groups:
     ):
         system, groups = structure.system, layout.groups
         self.single, self.size = layout.precision == "f32", system.size
-        self.value_count = structure.pattern.value_count
         self.groups, self.count = groups, len(groups)
         self.raised = Raised(natives)
         programs = [None] * len(groups) if programs is None else list(programs)
@@ -51,19 +50,32 @@ cdef class Groups:
                 one or group_program(layout, group)
                 for one, group in zip(programs, groups, strict=True)
             ]
-        self.compiled = CompiledGroups(layout, structure.placements, kernels, programs)
+        self._made_of = layout, kernels, programs, natives
         self.states = StatePair(
             layout.entities, system, stored, self.single, kernels, self.raised)
+        self.place(structure, instances, held_values, diagonal_at)
+        self.hooks, self.hooked = hooks, hooks is not None
+        if hooks is not None:
+            hooks.attach(self.states, self.lanes.data, self.orders)
+
+    def place(self, structure, instances, held_values, diagonal_at):
+        """Take other instances, or others of their places, in a system of the same blocks.
+
+        Parameters as those of the class; the states stay.
+        """
+        layout, kernels, programs, natives = self._made_of
+        self.value_count = structure.pattern.value_count
+        self.compiled = CompiledGroups(layout, structure.placements, kernels, programs)
         widths = self.compiled.widths
         plan = structure.plan.shares_for(
             Execution(tuple(widths), tuple(self.compiled.free), tuple(self.compiled.stores)))
         self.shares = plan.count
         self.orders = plan.orders
-        self.lanes = GroupLanes(groups, instances, plan, widths, self.states, natives)
-        self.totals = Totals(plan, system.held, held_values, diagonal_at, self.single)
-        self.hooks, self.hooked = hooks, hooks is not None
-        if hooks is not None:
-            hooks.attach(self.states, self.lanes.data, self.orders)
+        self.lanes = GroupLanes(self.groups, instances, plan, widths, self.states, natives)
+        totals = Totals(plan, structure.system.held, held_values, diagonal_at, self.single)
+        if self.totals is not None:
+            totals.take_arrays(self.totals)
+        self.totals = totals
 
     cdef double group_cost_at(self, Py_ssize_t g, int which) noexcept nogil:
         return self._checked(self.compiled.cost(g, self.lanes.whole(which, g), NULL))

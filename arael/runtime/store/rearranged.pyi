@@ -24,7 +24,11 @@ def spread_rows(
     values: NDArray[Any], lanes: int, order: NDArray[np.int64] | None = None
 ) -> NDArray[Any]: ...
 def spread_all(
-    arrays: Sequence[NDArray[Any]], lanes: int, order: NDArray[np.int64] | None = None
+    arrays: Sequence[NDArray[Any]],
+    lanes: int,
+    order: NDArray[np.int64] | None = None,
+    known: Sequence[NDArray[Any]] | None = None,
+    kept: int = 0,
 ) -> list[NDArray[Any]]: ...
 def rows_of_handles(
     handles: NDArray[np.int64],

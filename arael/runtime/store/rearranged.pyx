@@ -310,14 +310,19 @@ def spread_rows(values, Py_ssize_t lanes, order=None):
     return found
 
 
-def spread_all(arrays, Py_ssize_t lanes, order=None):
+def spread_all(arrays, Py_ssize_t lanes, order=None, known=None, Py_ssize_t kept=0):
     """What `spread_rows` gives of each of several arrays, read-only and in one piece of memory.
 
     Parameters
     ----------
     arrays : of (n, k) each, with the same n
+    known : what was found earlier of arrays whose first rows are the same
+    kept : blocks that are copied from `known`; there is no order then
     """
-    cdef Py_ssize_t n = len(arrays[0]), blocks = (n + lanes - 1) // lanes, extent = 0, skip
+    cdef Py_ssize_t n = len(arrays[0]), blocks = (n + lanes - 1) // lanes, extent = 0, skip, size
+    cdef const void* source
+    if kept and (order is not None or not 0 <= kept <= n // lanes):
+        raise ValueError(f"cannot keep {kept} of {blocks} blocks")
     if order is not None:
         order = np.ascontiguousarray(order, dtype=np.int64)
     cdef const int64_t* place = checked_order(order, n)
@@ -331,8 +336,17 @@ def spread_all(arrays, Py_ssize_t lanes, order=None):
     raw = np.empty(extent + LINE, dtype=np.uint8)
     cdef char* first = <char*>writable(raw, np.uint8)
     skip = -<uintptr_t>first % LINE
-    for values, begin in zip(arrays, begins):
-        spread_into(values, place, lanes, first + skip + <Py_ssize_t>begin)
+    for k, (values, begin) in enumerate(zip(arrays, begins)):
+        size = kept * lanes * <Py_ssize_t>values.shape[1] * <Py_ssize_t>values.itemsize
+        if size:
+            # Of the type and shape that is written here, and as many blocks as are kept.
+            source = address(
+                known[k], values.dtype, kept * lanes * <Py_ssize_t>values.shape[1])
+            if known[k].shape[1:] != (values.shape[1], lanes):
+                raise ValueError("what is kept has another shape")
+            memcpy(first + skip + <Py_ssize_t>begin, source, size)
+        spread_into(
+            values[kept * lanes:], place, lanes, first + skip + <Py_ssize_t>begin + size)
     raw.setflags(write=False)
     return [
         np.ndarray((blocks, values.shape[1], lanes), values.dtype, raw, skip + begin)
