@@ -48,20 +48,3 @@ def placed_pairs(
 def placed_pairs(
     block: Ints, coupled: Bytes, pattern: BlockPattern, nowhere: int, complete: Literal[False]
 ) -> tuple[Ints, Bytes] | None: ...
-def keys_of(
-    rows: NDArray[np.int32],
-    lead: int,
-    block_at: Ints,
-    others: list[int],
-    nowhere: int,
-) -> Ints: ...
-def order_by(keys: Ints) -> Ints | None: ...
-def lane_targets(
-    arrays: Sequence[NDArray[Any]],
-    lanes: int,
-    order: Ints | None,
-    leads: Sequence[int],
-    known: Sequence[NDArray[Any]] | None = None,
-    kept: int = 0,
-) -> tuple[NDArray[np.int32], NDArray[np.int32], Ints, Bytes, Bytes]: ...
-def shared_rows(rows: NDArray[np.int32], leads: Sequence[int], n: int) -> NDArray[np.uint8]: ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from arael.runtime.assembly.couplings import keys_of, order_by
+from arael.runtime.assembly.lane_order import keys_of, order_by
 from arael.runtime.layout import Group
 from arael.runtime.store.access import Array, Ints
 from arael.runtime.store.rearranged import spread_rows

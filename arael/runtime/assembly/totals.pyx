@@ -153,7 +153,7 @@ cdef class Totals:
         return self._arrays
 
     def take_arrays(self, Totals other):
-        """Have the kept arrays of `other`, which is not used again, if they are of the same size."""
+        """Have the kept arrays of `other`, which is used no more, if they are of the same size."""
         if (self.single == other.single and self.gradient_extent == other.gradient_extent
                 and self.value_extent == other.value_extent):
             self._arrays = other._arrays

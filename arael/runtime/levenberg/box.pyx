@@ -13,7 +13,7 @@ from libc.math cimport fabs, isfinite
 from libc.stdint cimport int32_t, int64_t, uint8_t
 from libc.string cimport memset
 
-from arael.runtime.address cimport address, table_address, writable
+from arael.runtime.address cimport address, table_address
 from arael.runtime.evaluation.evaluation cimport Evaluation
 
 from arael.runtime.assembly.positions import row_and_column_positions

@@ -1,10 +1,9 @@
 # The loop of a solve: plain C state, so that an iteration touches no Python object.
 
-from arael.runtime.levenberg.attempt cimport Attempt
-from arael.runtime.levenberg.closer cimport Closer
+from arael.runtime.levenberg.last_factor cimport LastFactor
 
 
-cdef class Minimiser(Attempt):
+cdef class Minimiser(LastFactor):
     cdef readonly double start_cost
     cdef readonly Py_ssize_t accepted
     cdef readonly double predicted_decrease  # by the last linearisations, least damped
@@ -13,11 +12,6 @@ cdef class Minimiser(Attempt):
 
     cdef bint _all_accepted               # whether no component stays where it was
     cdef double _reached                  # cost of the whole after the attempt
-    cdef bint _ending                     # whether components end with what was just done
-    cdef bint _asking                     # whether a component asks the last factor for its end
-    cdef bint _exact                      # whether the solver keeps a factor
-    cdef bint _alone                      # whether all is one component of one machine
-    cdef Closer _closer                   # made when it is first needed
 
     cdef void _run(self) noexcept nogil
     cdef void _start_components(self) noexcept nogil
@@ -25,9 +19,6 @@ cdef class Minimiser(Attempt):
     cdef void _linearise(self) noexcept nogil
     cdef void _take_updated_costs(self) noexcept nogil
     cdef void _begin_components(self) noexcept nogil
-    cdef void _ask_factor(self) noexcept nogil
-    cdef void _look_closer(self) noexcept nogil
-    cdef void _correct(self) noexcept nogil
     cdef void _end_at_linearisation(self) noexcept nogil
     cdef void _attempt(self) noexcept nogil
     cdef void _conclude(self) noexcept nogil

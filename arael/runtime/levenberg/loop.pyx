@@ -4,7 +4,8 @@
 The default strategy is a trust region with Powell's dogleg (dogleg.pyx), the other is
 Levenberg-Marquardt (damping.pyx). A problem is one or more connected components, which
 share linearisation and factorisation; each has its own trust region or damping, and is accepted,
-rejected and ended by itself (partitioned.pyx). What one attempt consists of is in attempt.pyx.
+rejected and ended by itself (partitioned.pyx). What one attempt consists of is in attempt.pyx, and
+what the last factor says of a linearisation in last_factor.pyx.
 """
 
 import numpy as np
@@ -15,20 +16,19 @@ from libc.string cimport memset
 
 from arael.runtime.address cimport address, table_address, writable
 from arael.runtime.evaluation.evaluation cimport Evaluation
-from arael.runtime.levenberg.attempt cimport Attempt
 from arael.runtime.levenberg.box cimport Box
 from arael.runtime.levenberg.clock cimport seconds
-from arael.runtime.levenberg.closer cimport Closer
 from arael.runtime.levenberg.component cimport Component
 from arael.runtime.levenberg.dogleg cimport dogleg_of
 from arael.runtime.levenberg.ends cimport (
-    after_attempt, at_linearisation, by_last_factor, closer_look, may_have_ended, noise_of,
+    after_attempt, at_linearisation, may_have_ended, noise_of,
 )
+from arael.runtime.levenberg.last_factor cimport LastFactor
 from arael.runtime.levenberg.record cimport Record
 from arael.runtime.levenberg.settings cimport (
-    ABORTED, CONVERGED, COST_THRESHOLD, CUSTOM, RUNNING, Settings, settings_of,
+    ABORTED, COST_THRESHOLD, CUSTOM, RUNNING, Settings, settings_of,
 )
-from arael.runtime.levenberg.supervised cimport COST, LINEARISE, REFRESH, SOLVE
+from arael.runtime.levenberg.supervised cimport COST, LINEARISE, SOLVE
 from arael.runtime.levenberg.vectors cimport Vectors
 from arael.runtime.linear.base cimport LinearSolver
 
@@ -36,7 +36,7 @@ from arael.runtime.levenberg.settings import STATUSES
 from arael.runtime.linear import narrowing
 
 
-cdef class Minimiser(Attempt):
+cdef class Minimiser(LastFactor):
     """One solve.
 
     Parameters
@@ -270,94 +270,6 @@ cdef class Minimiser(Attempt):
         self._now.gradient = 2 * largest
         self._now.iteration += 1
         self._now.retry = 0
-
-    cdef void _ask_factor(self) noexcept nogil:
-        """End where the factor of the linearisation before shows that nothing is left to gain."""
-        cdef Py_ssize_t j, k
-        cdef Component* c
-        self.vectors.turn_back()
-        self.solver.solve(self.vectors.step)
-        self._take_failure()
-        if self._status != RUNNING:
-            return
-        self.vectors.products()
-        self.vectors.take_faded()
-        self.dogleg.curvatures(self.vectors.step)
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            if c.asked:
-                c.verdict = by_last_factor(
-                    c, &self._settings, -self.vectors.sums[k].slope, self.dogleg.curvature[k],
-                    self.vectors.sums[k].faded)
-                self._ending |= c.verdict != RUNNING
-        if self._alone and self._components[0].verdict == RUNNING:
-            self._look_closer()
-        self._lap(SOLVE)
-        if self._ending and self._status == RUNNING:
-            self._correct()
-
-    cdef void _correct(self) noexcept nogil:
-        """Take the steps that showed an end, where they lower the cost.
-
-        A step with the last factor and the present gradient, of the simplified Newton method: it
-        takes neither a linearisation nor a factorisation, and leaves a small part of what was
-        promised (Shamanskii, "A modification of Newton's method", 1967). What is reported as
-        predicted is what was left before.
-        """
-        cdef Py_ssize_t j, k
-        cdef Component* c
-        cdef bint sound, some = False, every = self.vectors.active_count == self._count
-        self._mark = seconds()
-        self.evaluation.states.move(self.vectors.step, self.vectors.threads)
-        self._lap(REFRESH)
-        self._take_costs(1 - self.evaluation.states.current)
-        sound = not (self.evaluation.raised.any or self.solver.raised.any)
-        for j in range(self.vectors.active_count):
-            k = self.vectors.active[j]
-            c = &self._components[k]
-            self._accepts[k] = (
-                sound and c.asked and c.verdict == CONVERGED and self._sums[k] < c.cost)
-            every &= self._accepts[k]
-            if self._accepts[k]:
-                some = True
-                self.current_cost += self._sums[k] - c.cost
-                c.cost = self._sums[k]
-        if every:
-            self.evaluation.states.accept()
-        elif some:
-            self.evaluation.states.accept_chosen(self._accepts, self._component)
-        if every and self._count == 1:
-            self.current_cost = self._components[0].cost
-        self._lap(COST)
-        self._take_failure()
-
-    cdef void _look_closer(self) noexcept nogil:
-        """End where the last factor promises too much, and conjugate gradients show it."""
-        cdef Component* c = &self._components[0]
-        cdef double faded = self.vectors.sums[0].faded, promise = -self.vectors.sums[0].slope
-        cdef double most = closer_look(
-            c, &self._settings, promise, self.dogleg.curvature[0], faded)
-        if most == 0:
-            return
-        if self._closer is None:
-            with gil:
-                self._make_closer()
-            if self._status != RUNNING:
-                return
-        promise = self._closer.promise(self.vectors, self._box, self.solver, promise, most)
-        self._take_failure()
-        if promise >= 0 and self._status == RUNNING:
-            c.predicted_decrease, c.verdict = promise, CONVERGED
-            self._ending = True
-
-    def _make_closer(self):
-        try:
-            self._closer = Closer(self.vectors.n)
-        except KeyboardInterrupt:
-            self._status = ABORTED
-        except BaseException as error:
-            self._failure, self._status = error, ABORTED
 
     cdef void _end_at_linearisation(self) noexcept nogil:
         cdef Py_ssize_t j
