@@ -252,7 +252,7 @@ def test_no_cache_is_keyed_by_id(name: str) -> None:
 START = {
     "import arael": 4,
     "from arael.cli.main import run; run(['--help'])": 16,
-    "import arael; arael.load('linear')": 164,
+    "import arael; arael.load('linear')": 165,
 }
 
 

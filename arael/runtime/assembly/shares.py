@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.copies import copies_of
-from arael.runtime.assembly.lane_order import lane_targets
 from arael.runtime.assembly.firsts import plan_firsts
+from arael.runtime.assembly.lane_order import lane_targets
 from arael.runtime.assembly.ordering import order_of
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
