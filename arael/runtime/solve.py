@@ -112,7 +112,7 @@ def minimise(
             minimiser.accepted,
             status,
             minimiser.damping,
-            {**solver.report(), **_measured(solver, minimiser)},
+            solver.report() | _measured(solver, minimiser),
             timing,
             minimiser.history,
             minimiser.predicted_decrease,

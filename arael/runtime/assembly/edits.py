@@ -57,6 +57,16 @@ class _Ends:
         """Instances that are new or gone."""
         return max(self.count, self.count_before) - self.first - self.last
 
+    @property
+    def new(self) -> slice:
+        """Instances that are not those of before."""
+        return slice(self.first, self.count - self.last)
+
+    @property
+    def old(self) -> slice:
+        """Instances of before that are no more."""
+        return slice(self.first, self.count_before - self.last)
+
 
 def edited_plan(
     layout: Layout,
@@ -86,31 +96,32 @@ def edited_plan(
     ]
     if sum(one.changed for one in ends) > _FEW * sum(one.count for one in ends):
         return None
-    pattern, counts = known.pattern, known.counts
-    del known.__dict__["counts"]  # they are changed here: `known` counts again if it is asked
-    behind, nowhere = known.behind, pattern.value_count
-    placements, gone = [], []
+    pattern, behind = known.pattern, known.behind
+    placements: list[Placement] = []
     for one, was, group, coupled in zip(
         ends, known.placements, layout.groups, layout.coupled, strict=True
     ):
-        if not one.changed:
-            placements.append(was)
-            continue
-        placed = _placed(one, was, group, coupled, pattern, system)
-        if placed is None:
-            return None
-        placement, more = placed
-        placements.append(placement)
-        behind += more
-        new = slice(one.first, one.count - one.last)
-        add_counts(counts, placement.block_at[new], placement.turn[new], nowhere, 1)
-        old = slice(one.first, one.count_before - one.last)
-        gone.append((was.block_at[old], was.turn[old]))
+        placed = (was, 0)
+        if one.changed:
+            found = _placed(one, was, group, coupled, pattern, system)
+            if found is None:
+                return None
+            placed = found
+        placements.append(placed[0])
+        behind += placed[1]
+    counts = known.counts
+    del known.__dict__["counts"]  # they are changed here: `known` counts again if it is asked
+    nowhere, gone = pattern.value_count, []
+    for one, was, now in zip(ends, known.placements, placements, strict=True):
+        if one.changed:
+            new, old = one.new, one.old
+            add_counts(counts, now.block_at[new], now.turn[new], nowhere, 1)
+            gone.append((was.block_at[old], was.turn[old]))
     left = [add_counts(counts, *places, nowhere, -1) for places in gone]
     if not all(left) or (behind > 0) != pattern.by_rows:
         return None
     read_only(*active)
-    found = ScatterPlan(
+    plan = ScatterPlan(
         known.groups,
         known.entities,
         tuple(active),
@@ -119,13 +130,13 @@ def edited_plan(
         known.trash,
         behind,
     )
-    found.__dict__["counts"] = counts  # as the cached properties keep them
+    plan.__dict__["counts"] = counts  # as the cached properties keep them
     if "diagonal_at" in known.__dict__:
-        found.__dict__["diagonal_at"] = known.diagonal_at
+        plan.__dict__["diagonal_at"] = known.diagonal_at
     for execution, shares in known._shares.items():
-        found._shares[execution] = edited_shares(
-            found.groups,
-            found.entities,
+        plan._shares[execution] = edited_shares(
+            plan.groups,
+            plan.entities,
             pattern,
             placements,
             known.trash,
@@ -133,7 +144,7 @@ def edited_plan(
             shares,
             [one.first if one.changed else None for one in ends],
         )
-    return found
+    return plan
 
 
 def _ends_of(
@@ -162,8 +173,7 @@ def _placed(
     None if the pattern lacks a block that they couple.
     """
     blocks = [system.blocks[use.entity] for use in group.uses]
-    new = slice(one.first, one.count - one.last)
-    old = slice(one.first, one.count_before - one.last)
+    new, old = one.new, one.old
     rows, gradient_at, block = used_rows(
         [way[new] for way in one.now], blocks, new.stop - new.start, system.size
     )

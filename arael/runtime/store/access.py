@@ -199,11 +199,17 @@ def gather_all(
     found: list[Any] = [None] * sum(len(numbers) for _, _, numbers, _ in columns)
     for slot, column, numbers, components in columns:
         path = slots[slot].table
-        flat = _column(store, path, column)
         if path == "":
+            flat = _column(store, path, column)
             for number, component in zip(numbers, components, strict=True):
                 found[number] = np.asarray(flat[0, component], dtype=np.float64)
             continue
+        if column[-1] == "?" or "#" in column:
+            flat = _column(store, path, column)
+        else:
+            flat = store.tables[path].column(column)
+            if flat.ndim > 2:
+                flat = flat.reshape(len(flat), prod(flat.shape[1:]))
         values = taken(np.ascontiguousarray(flat), components, rows[slot])
         for number, one in zip(numbers, values, strict=True):
             found[number] = one

@@ -42,7 +42,7 @@ def taken(values, list components, rows):
 
     Parameters
     ----------
-    values : (size, width), C order, f64, f32, int64 or bool
+    values : (size, width) or (size,), C order, f64, f32, int64 or bool
     components : columns of `values`
     rows : (n,) int64 rows
 
@@ -50,7 +50,8 @@ def taken(values, list components, rows):
     -------
     (len(components), n)
     """
-    cdef Py_ssize_t n = len(rows), size = values.shape[0], width = values.shape[1], k, component
+    cdef Py_ssize_t n = len(rows), size = len(values), k, component
+    cdef Py_ssize_t width = values.shape[1] if values.ndim > 1 else 1
     found = np.empty((len(components), n))
     if not n:
         return found
