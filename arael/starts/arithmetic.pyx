@@ -58,6 +58,17 @@ cdef inline void product_turned(
             c[i * d + j] = total
 
 
+def all_there(from_rows, to_rows):
+    """Whether all (m,) int64 rows of both ends of edges are there: none is negative."""
+    cdef Py_ssize_t m = len(from_rows), e
+    cdef const int64_t* a = ints(from_rows)
+    cdef const int64_t* b = ints(to_rows, m)
+    for e in range(m):
+        if a[e] < 0 or b[e] < 0:
+            return False
+    return True
+
+
 def information_of(factor):
     """Information matrices of edges, and whether positions and rotations are coupled in any.
 
@@ -121,7 +132,8 @@ def marginal_of(information):
     Returns
     -------
     marginal : (m, r, r)
-    left : (m,) bool, edges that are not computed, since their positions are hardly measured
+    left : (m,) bool, edges that are not computed, since their positions are hardly measured; None:
+        there are none
     """
     cdef Py_ssize_t m = information.shape[0], k = information.shape[1]
     cdef Py_ssize_t d = 2 if k == 3 else 3, r = k - d, e, i, j, c
@@ -131,12 +143,14 @@ def marginal_of(information):
     cdef uint8_t* out = <uint8_t*>writable(left, np.uint8)
     cdef double[9] factor, mixed
     cdef double most
+    cdef bint some = False
     with nogil:
         for e in range(m):
             most = 0
             for i in range(d):
                 most = max(most, w[i * k + i])
             out[e] = not solved_triangle(w, k, factor, d, FLAT * most)
+            some |= out[e]
             if not out[e]:
                 for c in range(r):      # forward substitution of the coupling's columns
                     for i in range(d):
@@ -151,7 +165,7 @@ def marginal_of(information):
                             to[i * r + j] -= mixed[c * r + i] * mixed[c * r + j]
             w += k * k
             to += r * r
-    return found, left.view(np.bool_)
+    return found, left.view(np.bool_) if some else None
 
 
 def spatial_weights(information, double least):
@@ -165,7 +179,7 @@ def spatial_weights(information, double least):
     Returns
     -------
     weight : (m, 3, 3)
-    below : (m,) bool, weights with an eigenvalue below that, or nearly
+    below : (m,) bool, weights with an eigenvalue below that, or nearly; None: there are none
     """
     cdef Py_ssize_t m = len(information), e, i
     cdef const double* w = reals(information, 9 * m)
@@ -174,6 +188,7 @@ def spatial_weights(information, double least):
     cdef uint8_t* out = <uint8_t*>writable(below, np.uint8)
     cdef double trace
     cdef double[9] shifted, factor
+    cdef bint some = False
     with nogil:
         for e in range(m):
             trace = w[0] + w[4] + w[8]
@@ -182,9 +197,10 @@ def spatial_weights(information, double least):
                 shifted[i] = to[i] - least * trace * (i % 4 == 0)
             # All eigenvalues are above the limit if what is left without it is positive definite.
             out[e] = not solved_triangle(shifted, 3, factor, 3, 0)
+            some |= out[e]
             w += 9
             to += 9
-    return found, below.view(np.bool_)
+    return found, below.view(np.bool_) if some else None
 
 
 def planar(angle):
@@ -391,7 +407,8 @@ def projected(relaxed):
     Returns
     -------
     rotation : (n, d, d), transposed: body to world
-    left : (n,) bool, matrices that are singular or reflections, whose rotation is not computed
+    left : (n,) bool, matrices that are singular or reflections, whose rotation is not computed;
+        None: there are none
     """
     cdef Py_ssize_t n = relaxed.shape[0], d = relaxed.shape[1], k, i, j, _
     cdef const double* x = reals(relaxed)
@@ -400,6 +417,7 @@ def projected(relaxed):
     cdef uint8_t* out = <uint8_t*>writable(left, np.uint8)
     cdef double length, det, size, other, scale, change, new
     cdef double[9] y, c
+    cdef bint some = False
     for k in range(n):
         if d == 2:
             length = sqrt(x[0] * x[0] + x[1] * x[1])
@@ -435,12 +453,13 @@ def projected(relaxed):
             if change < 1e-30:
                 out[k] = False
                 break
+        some |= out[k]
         for i in range(3):
             for j in range(3):
                 to[3 * i + j] = y[3 * j + i]
         x += 9
         to += 9
-    return found, left.view(np.bool_)
+    return found, left.view(np.bool_) if some else None
 
 
 def places_of(pattern, block_of, from_rows, to_rows):
@@ -507,7 +526,10 @@ def assembled(pattern, block_of, places, from_rows, to_rows, blocks, own, right,
     cdef const double* mine = reals(own, n * d * d)
     cdef const double* wanted = reals(right)
     cdef const double* fixed = reals(at, n * d * k)
-    cdef const uint8_t* out = <const uint8_t*>address(held.view(np.uint8), np.uint8, n)
+    cdef const uint8_t* asked = <const uint8_t*>address(held, np.bool_, n)
+    # Components that the model or a flag holds leave a pose without a block, too.
+    marks = np.empty(n, dtype=np.uint8)
+    cdef uint8_t* out = <uint8_t*>writable(marks, np.uint8)
     size = len(pattern.rows) * d * d
     values, diagonal, rhs = np.zeros(size), np.empty(total), np.empty((k, total))
     cdef double* v = filled(values)
@@ -520,6 +542,7 @@ def assembled(pattern, block_of, places, from_rows, to_rows, blocks, own, right,
     with nogil:
         for p in range(n):
             i = block[p]
+            out[p] = asked[p] or i < 0
             if i < 0:
                 continue
             to = v + value_at[start[i]]

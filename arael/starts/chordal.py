@@ -86,7 +86,7 @@ def _chordal_weight(information: Array, d: int) -> Array:
         planar: Array = information * np.eye(2)
         return planar
     found, below = spatial_weights(np.ascontiguousarray(information), _LEAST)
-    if below.any():
+    if below is not None:
         # What has overflowed has no eigenvalues; the linear system is refused with it.
         below &= np.isfinite(found).all(axis=(1, 2))
         trace = np.trace(information[below], axis1=1, axis2=2)
@@ -110,7 +110,7 @@ def _absolute(graph: PoseGraph, square: Array, target: Array) -> tuple[Array, Ar
 def _projected(relaxed: Array) -> Array:
     """(n, d, d) nearest rotations, transposed: of 3 x 3 matrices, of planar columns by length."""
     found, left = projected(relaxed)
-    if left.any():
+    if left is not None:
         u, _, vt = np.linalg.svd(relaxed[left])
         turned = np.ones((len(u), 3))
         turned[:, 2] = np.where(np.linalg.det(u) * np.linalg.det(vt) < 0, -1.0, 1.0)

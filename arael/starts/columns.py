@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from arael.runtime.bounds import ends_of
 from arael.runtime.store import Store, Table
-from arael.starts.arithmetic import angles, information_of, matrices, planar, quaternions
+from arael.starts.arithmetic import all_there, angles, information_of, matrices, planar, quaternions
 from arael.starts.graph import Anchors, PoseGraph, Poses
 
 __all__ = ["angles", "graph_of", "planar", "put", "quaternions", "residuals_of", "rotation_column"]
@@ -62,8 +62,8 @@ def graph_of(store: Store, name: str = "") -> PoseGraph:
     poses, edges = store.tables["poses"], store.tables["edges"]
     information, coupled = information_of(_copied(edges, "u"))
     a, b, measured = edges.target_rows("a"), edges.target_rows("b"), _poses(edges, name)
-    there = (a >= 0) & (b >= 0)
-    if np.count_nonzero(there) < len(there):
+    if not all_there(a, b):
+        there = (a >= 0) & (b >= 0)
         a, b, measured, information = a[there], b[there], measured[there], information[there]
     return PoseGraph(
         _poses(poses, name),

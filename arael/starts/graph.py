@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +73,7 @@ class Anchors:
     rotation_weight: Array
 
     @classmethod
+    @lru_cache(maxsize=2)
     def none(cls, dimension: int) -> Anchors:
         """Return an empty set of absolute measurements."""
         empty = np.empty(0)
@@ -133,7 +134,7 @@ class PoseGraph:
         if not self.coupled:  # as in most files
             return whole[:, d:, d:]
         found, left = marginal_of(whole)
-        if left.any():
+        if left is not None:
             # Of what has overflowed, no decomposition exists.
             found[left] = np.nan
             left &= np.isfinite(whole).all(axis=(1, 2))

@@ -103,8 +103,6 @@ class Relaxation:
         ------
         SingularError
         """
-        # Components that the model or a flag holds leave a pose without a block, too.
-        held = held | (self._block_of < 0)
         arrays = (np.ascontiguousarray(one) for one in (own, right, held, at))
         own, right, held, at = arrays  # type: ignore[assignment]
         aa, ab, bb = (np.ascontiguousarray(one) for one in blocks)

@@ -33,14 +33,16 @@ def test_marginal_information_is_the_inverse_of_the_covariance_of_rotations(size
     u = np.triu(np.random.default_rng(2).normal(size=(5, size, size))) + 2 * np.eye(size)
     information, d = u.transpose(0, 2, 1) @ u, 2 if size == 3 else 3
     found, left = arithmetic.marginal_of(information)
-    assert not left.any()
+    assert left is None
     assert np.allclose(found, np.linalg.inv(np.linalg.inv(information)[:, d:, d:]))
 
 
 def test_positions_that_are_not_measured_leave_the_rotations_their_information() -> None:
     """One edge measures no position along one axis, the other all of them."""
     information = np.stack([np.diag([0.0, 4, 9, 1, 2, 3]), np.eye(6) + 0.1])
-    assert arithmetic.marginal_of(information)[1].tolist() == [True, False]
+    left = arithmetic.marginal_of(information)[1]
+    assert left is not None
+    assert left.tolist() == [True, False]
     poses = Poses.identity(2, 3)
     none, ends = (
         np.zeros(2, np.bool_),
@@ -52,6 +54,14 @@ def test_positions_that_are_not_measured_leave_the_rotations_their_information()
     found = graph.rotation_information
     assert np.allclose(found[0], np.diag([1.0, 2, 3]))
     assert np.allclose(found[1], np.linalg.inv(np.linalg.inv(information[1])[3:, 3:]))
+
+
+def test_edges_without_an_end_are_seen() -> None:
+    a, b = np.array([0, 1, 2]), np.array([3, 0, 1])
+    assert arithmetic.all_there(a, b)
+    assert not arithmetic.all_there(a, np.array([3, -1, 1]))
+    assert not arithmetic.all_there(np.array([0, 1, -1]), b)
+    assert arithmetic.all_there(a[:0], b[:0])
 
 
 def test_rotations_as_quaternions_and_back() -> None:
@@ -92,7 +102,9 @@ def test_weights_below_the_limit_are_reported() -> None:
     weight, below = arithmetic.spatial_weights(information, 1e-3)
     trace = np.trace(information, axis1=1, axis2=2)[:, None, None]
     assert np.allclose(weight, 0.5 * trace * np.eye(3) - information)
+    assert below is not None
     assert below.tolist() == [False, True, False]
+    assert arithmetic.spatial_weights(information[:1], 1e-3)[1] is None
 
 
 def test_edges_that_the_pattern_lacks_are_refused() -> None:
