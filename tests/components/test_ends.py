@@ -227,5 +227,6 @@ def test_a_thousand_epochs_converge(load: Load) -> None:
     assert (np.abs(np.linalg.norm(x[:, :3], axis=1) - 6.371e6) < 200).all()
     for k in range(0, 1000, 50):
         alone = of(kind, [chosen[k]]).solve()
-        assert result.components[k].iterations == alone.iterations
+        # What is left after the fifth is rounding, which depends on how kernels were compiled.
+        assert abs(result.components[k].iterations - alone.iterations) <= 1
         np.testing.assert_allclose(x[k], alone.x, rtol=1e-9, atol=1e-3)
