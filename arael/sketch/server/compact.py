@@ -1,4 +1,4 @@
-"""Sources of the page without comments and needless white space.
+"""Sources of the page without comments and needless white space, semicolons, parentheses and zeros.
 
 Nothing is renamed and no line is moved: what follows from line ends (automatic semicolons) stays,
 and the names of a stack trace are those of the source.
@@ -12,6 +12,7 @@ _SPACE = r"(?P<space>(?:\s|//[^\n]*|/\*[\s\S]*?\*/)+)"
 _STRING = r"""(?P<string>"(?:\\[\s\S]|[^"\\\n])*"|'(?:\\[\s\S]|[^'\\\n])*')"""
 _SCRIPT = re.compile(rf"{_SPACE}|{_STRING}|(?P<word>[\w$#]+)|(?P<mark>[\s\S])")
 _REGEX = re.compile(r"/(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\[\n])+/\w*")
+_SHARE = re.compile(r"0\.\d")
 _TEXT = re.compile(r"(?:\\[\s\S]|\$(?!\{)|[^`\\$])*(?:`|\$\{)")
 """The rest of a template up to its end or the next expression in it."""
 _STYLE = re.compile(rf"(?P<space>(?:\s|/\*[\s\S]*?\*/)+)|{_STRING}|(?P<mark>[\s\S])")
@@ -21,6 +22,8 @@ _BEFORE_VALUE = frozenset(
     {"return", "typeof", "case", "in", "of", "delete", "void", "throw", "new", "else", "do"}
     | {"await", "yield", "instanceof"}
 )
+#: Words whose parentheses may be followed by nothing but a semicolon; ``for await (``.
+_HEADS = frozenset({"if", "for", "while", "with", "await"})
 #: Signs that would be other ones side by side.
 _APART = frozenset({"++", "--", "//", "/*", "<!", "->"})
 
@@ -33,6 +36,8 @@ def compact_script(text: str) -> str:
     pieces: list[str] = []
     gap = ""
     nesting: list[int] = []  # braces that are open in each expression of a template
+    heads: list[bool] = []  # parentheses that are open: whether of a statement
+    is_head = is_empty = False  # of the last parenthesis; whether a semicolon is a statement itself
     at, last, is_value = 0, "", False
     while at < len(text):
         found = _SCRIPT.match(text, at)
@@ -41,6 +46,9 @@ def compact_script(text: str) -> str:
         if kind == "space":
             gap = "\n" if "\n" in piece else " "
             at = found.end()
+            continue
+        if piece == "0" and _SHARE.match(text, at):  # .5
+            at += 1
             continue
         if piece == "/" and not is_value:
             regex = _REGEX.match(text, at)
@@ -55,8 +63,18 @@ def compact_script(text: str) -> str:
                 nesting.append(0)
         elif nesting and piece in "{}":
             nesting[-1] += 1 if piece == "{" else -1
-        if gap and pieces:
-            pieces.append(_between(gap, last, piece))
+        if piece == "(":
+            heads.append(last in _HEADS)
+        elif piece == ")":
+            is_head = bool(heads) and heads.pop()
+        elif piece == ";":
+            is_empty = (last == ")" and is_head) or last in ("else", "do")
+        elif text.startswith("=>", at):
+            _unwrap(pieces)
+        if piece == "}" and last == ";" and not is_empty:
+            pieces.pop()
+        elif gap and pieces and (between := _between(gap, last, piece)):
+            pieces.append(between)
         gap = ""
         pieces.append(piece)
         at += len(piece)
@@ -69,6 +87,17 @@ def compact_script(text: str) -> str:
             or piece in (")", "]", "}")
         )
     return "".join(pieces) + "\n"
+
+
+def _unwrap(pieces: list[str]) -> None:
+    """Take the parentheses of the one parameter of a function with an arrow away."""
+    match pieces:
+        case [*_, "(", name, ")"] if _is_word(name[-1]):
+            del pieces[-1]
+            if len(pieces) > 2 and _is_word(pieces[-3][-1]):  # async
+                pieces[-2] = " "
+            else:
+                del pieces[-2]
 
 
 def _between(gap: str, before: str, after: str) -> str:
@@ -91,10 +120,12 @@ def compact_style(text: str) -> str:
     for found in _STYLE.finditer(text):
         piece = found.group()
         if found.lastgroup == "space":
-            if pieces and pieces[-1] not in ("{", "}", ";", ","):
+            if pieces and pieces[-1] not in ("{", "}", ";", ",", ":"):
                 pieces.append(" ")
             continue
         if piece in ("{", "}", ";") and pieces and pieces[-1] == " ":
+            pieces.pop()
+        if piece == "}" and pieces and pieces[-1] == ";":
             pieces.pop()
         pieces.append(piece)
     return "".join(pieces).strip() + "\n"

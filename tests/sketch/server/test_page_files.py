@@ -101,6 +101,14 @@ def test_a_client_without_decompression_gets_plain_text(browser: TestClient) -> 
         ("class A { #b = 1; static async *c() {} }", "class A{#b=1;static async*c(){}}"),
         ("x in y; a instanceof B", "x in y;a instanceof B"),
         ("let é = ü in ö", "let é=ü in ö"),
+        ("if (a) { b(); c(); }\nd", "if(a){b();c()}\nd"),
+        ("(a) => (b, c) => () => a", "a=>(b,c)=>()=>a"),
+        ("f(async (a) => ({ a }), (a = 1) => a)", "f(async a=>({a}),(a=1)=>a)"),
+        ("return 0.5 - 10.5 + a[0].b ? 0.25 : 0", "return.5-10.5+a[0].b?.25:0"),
+        ("{ for (;;); }", "{for(;;);}"),
+        ("{ while (a(b)); }", "{while(a(b));}"),
+        ("{ if (a) b(); else; }", "{if(a)b();else;}"),
+        ("`${() => { a(); }}`", "`${()=>{a()}}`"),
     ],
 )
 def test_a_script_keeps_its_meaning(source: str, expected: str) -> None:
@@ -109,7 +117,7 @@ def test_a_script_keeps_its_meaning(source: str, expected: str) -> None:
 
 def test_a_style_sheet_keeps_its_meaning() -> None:
     source = '/* a */\n.b  > :is(c, d) {\n  width: calc(1px + 2px);\n  content: "/* e */  ;";\n}\n'
-    expected = '.b > :is(c,d){width: calc(1px + 2px);content: "/* e */  ;";}\n'
+    expected = '.b > :is(c,d){width:calc(1px + 2px);content:"/* e */  ;"}\n'
     assert compact_style(source) == expected
 
 
