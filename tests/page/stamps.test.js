@@ -1,84 +1,68 @@
-/** Marks of points: drawn once for each place between pixels, then copied. */
+/** Marks of points: drawn once for each place between pixels, then laid on a drawing by hand. */
 
 import assert from "node:assert/strict";
 import { afterEach, test } from "node:test";
 
-import { drawMarks } from "../../arael/sketch/page/draw/stamps.js";
+import { stampMarks } from "../../arael/sketch/page/draw/stamps.js";
 
 const LOOK = /** @type {const} */ ({ shape: "ring", r: 2.7, colour: "#123456", back: "#ffffff" });
 
-/** A canvas that notes what is drawn. */
-function canvas(ratio) {
-  const drawn = [];
-  const ctx = {
-    drawn, arcs: 0, scale: ratio,
-    getTransform: () => ({ a: ctx.scale }),
-    setTransform: (given) => (ctx.scale = given.a),
-    resetTransform: () => (ctx.scale = 1),
-    drawImage: (image, x, y) => drawn.push([image, x, y, ctx.scale]),
-    beginPath() {}, fill() {},
-    arc: () => ctx.arcs++,
-  };
-  return ctx;
-}
-
-/** Give the page images; returns where the middle of each image's mark is in it. */
+/** Give the page small canvases, whose first pixels say how a mark was drawn; returns how many were made. */
 function withImages() {
-  const made = [];
+  const made = { count: 0 };
   globalThis.OffscreenCanvas = class {
     constructor(width) {
-      this.image = { width };
+      this.width = width;
     }
 
     getContext() {
-      const { image } = this;
+      let placed = [0, 0, 0];
       return {
-        setTransform: (a, b, c, d, x, y) => Object.assign(image, { ratio: a, x, y }),
+        setTransform: (a, b, c, d, x, y) => (placed = [a, x, y]),
         beginPath() {}, fill() {}, arc() {},
+        getImageData: (x, y, size) => {
+          made.count++;
+          const data = new Int32Array(size * size);
+          data.set([this.width, ...placed.map((one) => Math.round(1e4 * one))], 1);
+          return { data: new Uint8ClampedArray(data.buffer) };
+        },
       };
-    }
-
-    transferToImageBitmap() {
-      made.push(this.image);
-      return this.image;
     }
   };
   return made;
 }
 
+/** A sheet that notes what is laid on it. */
+function sheet() {
+  const laid = [];
+  return { laid, stamp: (dots, left, top) => laid.push([dots, left, top]) };
+}
+
 afterEach(() => delete globalThis.OffscreenCanvas);
 
-test("marks stand within an eighth of a pixel of their places, at whole pixels of the screen", () => {
+test("marks stand within an eighth of a pixel of their places", () => {
   const made = withImages();
   for (const ratio of [1, 1.5, 2]) {
-    const ctx = canvas(ratio);
+    const { laid, stamp } = sheet();
     const places = Array.from({ length: 400 }, (_, i) => (i * 0.737) % 91 - 5);
-    drawMarks(ctx, LOOK, places);
-    assert.equal(ctx.drawn.length, 200);
-    assert.equal(ctx.scale, ratio);
-    ctx.drawn.forEach(([image, x, y, scale], i) => {
-      assert.equal(scale, 1);
-      assert.ok(Number.isInteger(x) && Number.isInteger(y));
-      assert.equal(image.ratio, ratio);
-      assert.ok(Math.abs(x + image.x - ratio * places[2 * i]) <= 0.125 + 1e-9);
-      assert.ok(Math.abs(y + image.y - ratio * places[2 * i + 1]) <= 0.125 + 1e-9);
-      assert.ok(image.x - 6 * ratio > 0 && image.x + 6 * ratio < image.width);
+    stampMarks(/** @type {any} */ ({ stamp }), LOOK, places, ratio);
+    assert.equal(laid.length, 200);
+    laid.forEach(([dots, left, top], i) => {
+      assert.ok(Number.isInteger(left) && Number.isInteger(top));
+      const [width, drawn, x, y] = [2, 5, 8, 11].map((k) => dots[k]);
+      assert.equal(drawn, 1e4 * ratio);
+      assert.ok(Math.abs(left + x / 1e4 - ratio * places[2 * i]) <= 0.125 + 1e-9);
+      assert.ok(Math.abs(top + y / 1e4 - ratio * places[2 * i + 1]) <= 0.125 + 1e-9);
+      assert.ok(x / 1e4 - 6 * ratio > 0 && x / 1e4 + 6 * ratio < width);
     });
   }
-  assert.ok(made.length <= 48, `${made.length} images`);
+  assert.ok(made.count <= 48, `${made.count} images`);
 });
 
 test("marks of another colour are other images", () => {
   withImages();
-  const [one, other] = [canvas(1), canvas(1)];
-  drawMarks(one, LOOK, [3, 4]);
-  drawMarks(other, { ...LOOK, colour: "#abcdef" }, [3, 4]);
-  assert.notEqual(one.drawn[0][0], other.drawn[0][0]);
-});
-
-test("without images every mark is drawn by itself", () => {
-  const ctx = canvas(1);
-  drawMarks(ctx, LOOK, [3, 4, 5, 6]);
-  assert.equal(ctx.drawn.length, 0);
-  assert.equal(ctx.arcs, 4);
+  const [one, other] = [sheet(), sheet()];
+  stampMarks(/** @type {any} */ (one), LOOK, [3, 4], 1);
+  stampMarks(/** @type {any} */ (other), { ...LOOK, colour: "#abcdef" }, [3, 4], 1);
+  assert.notEqual(one.laid[0][0], other.laid[0][0]);
 });

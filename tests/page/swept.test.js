@@ -42,6 +42,7 @@ test("what begins anew is clear, and what is outside or nowhere does no harm", (
   swept.add(-500, -500, 2000, 2000);
   assert.ok(covers(cleared(swept), 467, 348, 300));
   swept.begin(WIDTH, HEIGHT);
+  swept.begin(WIDTH, HEIGHT);
   swept.add(NaN, 5, 9, NaN);
   swept.add(-900, 5, -100, 9);
   swept.add(5, -900, 9, -100);
@@ -51,6 +52,22 @@ test("what begins anew is clear, and what is outside or nowhere does no harm", (
   swept.begin(300, 200);
   swept.addAll();
   for (const [, top, , height] of cleared(swept)) assert.deepEqual([top, height], [0, 200]);
+});
+
+test("what the drawing before covered is cleared with this one's, by pixels of the screen", () => {
+  const swept = new Swept();
+  swept.begin(WIDTH, HEIGHT, 1.5);
+  swept.add(100, 200, 110, 210);
+  swept.begin(WIDTH, HEIGHT, 1.5);
+  swept.add(600, 400, 610, 690);
+  const rects = cleared(swept);
+  for (const [x, y] of [[105, 205], [605, 550]]) {
+    assert.ok(rects.some(([l, t, w, h]) => 1.5 * x - 8 >= l && 1.5 * x + 8 <= l + w && 1.5 * y - 15 >= t && 1.5 * y + 15 <= t + h));
+  }
+  assert.ok(rects.every((rect) => rect.every(Number.isInteger)));
+  assert.equal(Math.max(...rects.map(([, t, , h]) => t + h)), Math.round(1.5 * HEIGHT));
+  swept.begin(300, 200);
+  assert.deepEqual(cleared(swept), []);
 });
 
 test("batches give every place at which they draw", () => {
@@ -85,15 +102,4 @@ test("batches give every place at which they draw", () => {
   assert.ok(drawn.length > 130, `${drawn.length}`);
   const rects = cleared(swept);
   for (const [x, y] of drawn) assert.ok(covers(rects, x, y, 8), `${x}, ${y}`);
-});
-
-test("thousands of lines are cleared with all of the canvas", () => {
-  const lines = Array.from({ length: 1001 }, (_, i) => [`L${i}`, "line", [i % 9, 0, i % 7, 3]]);
-  const view = new View();
-  Object.assign(view, { width: WIDTH, height: HEIGHT, x: 467, y: 348, scale: 10 });
-  const swept = new Swept();
-  swept.begin(WIDTH, HEIGHT);
-  const ctx = new Proxy({}, { get: () => () => undefined, set: () => true });
-  new Batches(stored(lines), () => true).draw(/** @type {any} */ (ctx), view, /** @type {any} */ ({}), swept);
-  assert.ok(covers(cleared(swept), WIDTH / 2, HEIGHT / 2, 340));
 });

@@ -348,6 +348,8 @@ def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page:
     wait(page, f"app.store.hovered.size > 0 && {LAYERS}[1]")
     page.mouse.down()
     for x, y in ((24, 16), (12, 20), (26, 9), (21, 13)):
+        if x == 26:  # from now on as with a graphics processor
+            page.evaluate("app.renderer._sheet = null")
         page.mouse.move(*at(page, x, y), steps=4)
         wait(page, "app.store.dragging && app.wire.delay === 0 && !app.renderer.pending")
         inked, other = page.evaluate(AS_IF_CLEARED)

@@ -4,8 +4,8 @@ import { boundsOf, curveOf } from "../geometry/curves.js";
 import { pointHandles, pointOffset, splitHandle } from "../geometry/handles.js";
 import { traceLettering } from "./lettering.js";
 import { CONSTRUCTION_DASH, STATES, STYLE_DASHES } from "./palette.js";
-import { trace } from "./paths.js";
-import { drawMarks } from "./stamps.js";
+import { markPen, trace } from "./paths.js";
+import { stampMarks } from "./stamps.js";
 
 /**
  * @typedef {import("../types.js").Entity} Entity
@@ -14,6 +14,7 @@ import { drawMarks } from "./stamps.js";
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../view.js").View} View
  * @typedef {import("./palette.js").Palette} Palette
+ * @typedef {import("./sheet.js").Sheet} Sheet
  * @typedef {import("./swept.js").Swept} Swept
  */
 
@@ -22,8 +23,6 @@ const RANK = ["defined", "free", "redundant", "impossible", "selected"];
 const CHUNK = 128;
 /** Curves shorter than this on the screen, in pixels, have no marks at their points. */
 const MARKED = 14;
-/** More lines than this are not looked at one by one to find what was drawn on: they fill the canvas. */
-const MOST_APART = 1000;
 /** How far curves may be drawn beside their bounds, in pixels: where they turn, their stroke has a tip. */
 const TIP = 50;
 
@@ -90,19 +89,70 @@ export class Batches {
    */
   draw(ctx, view, palette, swept) {
     for (const batch of this.batches) this._halo(ctx, view, palette, batch);
-    for (const batch of this.batches) {
-      const { state, construction } = batch;
-      const look = STATES[state] ?? STATES.defined;
-      const dash = STYLE_DASHES[batch.style] ?? [];
-      ctx.strokeStyle = colour(palette, construction && state === "defined" ? "construction" : state);
-      ctx.lineWidth = construction ? 1.1 : look.width;
-      ctx.setLineDash(dash.length ? dash : construction ? CONSTRUCTION_DASH : []);
-      // halos are drawn before, over the same places
-      this._stroke(ctx, view, batch, swept);
-      ctx.setLineDash([]);
-      this._letter(ctx, view, batch, swept);
+    for (const batch of this.batches) this._outline(ctx, view, palette, batch, swept);
+    for (const [{ shape, r, colour, back }, places] of this._marksOf(view, palette, swept)) {
+      const pen = markPen(ctx, shape, r, colour, back);
+      for (let i = 0; i < places.length; i += 2) pen(places[i], places[i + 1]);
     }
-    this._drawMarks(ctx, view, palette, swept);
+  }
+
+  /**
+   * Draw in place of what was on the canvas, solid lines and marks by hand.
+   * @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette
+   * @param {Swept} swept  is given what is drawn where @param {Sheet} sheet
+   * @param {number} ratio  pixels of the screen for one of the view
+   */
+  drawByHand(ctx, view, palette, swept, sheet, ratio) {
+    const v = this.store.values;
+    const { x, y, scale: s } = view;
+    for (const { state, lines } of this.batches.filter(isSolid)) {
+      const pixel = sheet.colour(colour(palette, state));
+      const width = ratio * STATES[state].width;
+      for (let i = 0; i < lines.length; i++) {
+        const at = lines[i];
+        const [x1, y1] = [x + s * v[at], y - s * v[at + 1]];
+        const [x2, y2] = [x + s * v[at + 2], y - s * v[at + 3]];
+        sheet.line(ratio * x1, ratio * y1, ratio * x2, ratio * y2, width, pixel);
+        swept.add(x1, y1, x2, y2);
+      }
+    }
+    for (const [look, places] of this._marksOf(view, palette, swept)) stampMarks(sheet, look, places, ratio);
+    sheet.put(ctx, swept);
+    // the rest lies below: what would be drawn last is drawn first
+    const rest = [...this.batches].reverse();
+    ctx.globalCompositeOperation = "destination-over";
+    for (const one of rest) this._outline(ctx, view, palette, one, swept, isSolid(one));
+    for (const one of rest) this._halo(ctx, view, palette, one);
+    ctx.globalCompositeOperation = "source-over";
+  }
+
+  /** How many pixels are filled by hand, about. @param {View} view @param {number} ratio */
+  byHand(view, ratio) {
+    const v = this.store.values;
+    let sum = 0;
+    for (const batch of this.batches) {
+      for (const at of batch.lines) sum += Math.abs(v[at + 2] - v[at]) + Math.abs(v[at + 3] - v[at + 1]);
+    }
+    return sum * view.scale * ratio * (2 * ratio + 1);
+  }
+
+  /**
+   * The strokes of a batch, without its halo.
+   * @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Batch} batch
+   * @param {Swept} [swept]
+   * @param {boolean} [curved]  without its lines
+   */
+  _outline(ctx, view, palette, batch, swept, curved) {
+    const { state, construction } = batch;
+    const look = STATES[state] ?? STATES.defined;
+    const dash = STYLE_DASHES[batch.style] ?? [];
+    ctx.strokeStyle = colour(palette, construction && state === "defined" ? "construction" : state);
+    ctx.lineWidth = construction ? 1.1 : look.width;
+    ctx.setLineDash(dash.length ? dash : construction ? CONSTRUCTION_DASH : []);
+    // halos are drawn before, over the same places
+    this._stroke(ctx, view, batch, swept, curved);
+    ctx.setLineDash([]);
+    this._letter(ctx, view, batch, swept);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Batch} batch */
@@ -118,13 +168,11 @@ export class Batches {
     ctx.setLineDash([]);
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch @param {Swept} [swept] */
-  _stroke(ctx, view, batch, swept) {
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch @param {Swept} [swept] @param {boolean} [curved] */
+  _stroke(ctx, view, batch, swept, curved) {
     const v = this.store.values;
     const { scale: s, x, y, width, height } = view;
-    const { lines } = batch;
-    const apart = lines.length > MOST_APART ? undefined : swept;
-    if (!apart) swept?.addAll();
+    const lines = curved ? [] : batch.lines;
     let count = 0;
     ctx.beginPath();
     for (let i = 0; i < lines.length; i++) {
@@ -136,7 +184,7 @@ export class Batches {
       if ((x1 < 0 && x2 < 0) || (y1 < 0 && y2 < 0) || (x1 > width && x2 > width) || (y1 > height && y2 > height)) continue;
       ctx.moveTo(x1, y1);
       ctx.lineTo(x2, y2);
-      apart?.add(x1, y1, x2, y2);
+      swept?.add(x1, y1, x2, y2);
       if (++count % CHUNK === 0) {
         ctx.stroke();
         ctx.beginPath();
@@ -166,13 +214,18 @@ export class Batches {
     ctx.stroke();
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Swept} [swept] */
-  _drawMarks(ctx, view, palette, swept) {
+  /**
+   * Marks by look, with their places: x, y, x, y, ...
+   * @param {View} view @param {Palette} palette @param {Swept} [swept]
+   * @returns {[Parameters<typeof stampMarks>[1], number[]][]}
+   */
+  _marksOf(view, palette, swept) {
+    /** @type {ReturnType<Batches["_marksOf"]>} */
+    const found = [];
     const v = this.store.values;
     const crowded = this.meanLength * view.scale < MARKED;
     for (const { state, large, offsets } of this.marks) {
       if (crowded && !large && (state === "free" || state === "defined")) continue;
-      const look = STATES[state] ?? STATES.defined;
       /** @type {number[]} */
       const places = [];
       // ends that coincide have one mark
@@ -188,10 +241,14 @@ export class Batches {
         swept?.add(px, py, px, py);
       }
       const r = large ? 3.4 : 2.7;
-      drawMarks(ctx, { shape: look.end, r, colour: colour(palette, state), back: palette.background }, places);
+      found.push([{ shape: (STATES[state] ?? STATES.defined).end, r, colour: colour(palette, state), back: palette.background }, places]);
     }
+    return found;
   }
 }
+
+/** Whether lines of a batch are neither dashed nor have a halo. @param {Batch} batch */
+const isSolid = ({ state, construction, style }) => !construction && style === "solid" && STATES[state]?.halo === 0;
 
 /** The batch of a look, made if there is none. @param {Map<string, Batch>} batches @param {string} state @param {boolean} construction @param {string} style @returns {Batch} */
 function batchOf(batches, state, construction, style) {

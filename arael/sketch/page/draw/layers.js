@@ -45,6 +45,13 @@ export function show({ canvas: { style } }, on) {
   if (style.visibility !== visibility) style.visibility = visibility;
 }
 
+/** Whether the browser draws without a graphics processor, as far as it says. */
+export function drawsBySoftware() {
+  const gl = document.createElement("canvas").getContext("webgl");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  return !gl || (!!info && /swiftshader|llvmpipe|soft|basic/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)));
+}
+
 /** @param {HTMLCanvasElement|OffscreenCanvas} canvas @param {number} width @param {number} height */
 function sized(canvas, width, height) {
   canvas.width = width;

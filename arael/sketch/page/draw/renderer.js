@@ -6,15 +6,18 @@
 import { Annotations } from "./annotations.js";
 import { drawGrid, drawScaleBar } from "./background.js";
 import { Batches } from "./batches.js";
-import { livelyLayer, show, stillLayer } from "./layers.js";
+import { drawsBySoftware, livelyLayer, show, stillLayer } from "./layers.js";
 import { drawOverlay, hasOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
+import { Sheet } from "./sheet.js";
 import { Swept } from "./swept.js";
 
 /** @typedef {import("../types.js").Point} Point */
 
 /** While more annotations than this move, those that move are hidden. */
 const MOST_MOVING = 80;
+/** Up to so many pixels lines and marks that move are drawn by hand: long lines are quicker by the browser. */
+const MOST_BY_HAND = 80_000;
 /** Milliseconds after which a frame of a drag counts as late. */
 const LATE = 60;
 
@@ -43,6 +46,10 @@ export class Renderer extends EventTarget {
     this._movingBatches = null;
     /** Where the canvas of what moves was drawn on. */
     this._swept = new Swept();
+    /** Draws what moves by hand. @type {Sheet|null} */
+    this._sheet = null;
+    // the page is there first: to ask takes 30 ms
+    setTimeout(() => (this._sheet = drawsBySoftware() ? new Sheet() : null), 300);
     this._dirty = { ground: true, moving: true, overlay: true };
     this._request = 0;
     /** @type {Point|null} */
@@ -204,21 +211,28 @@ export class Renderer extends EventTarget {
   }
 
   _paintMoving() {
-    const { app, palette, annotations } = this;
-    const { _swept: swept } = this;
-    const { ctx } = this.moving;
+    const { app: { store, view, shown }, palette, annotations, ratio, _swept: swept } = this;
+    const { canvas, ctx } = this.moving;
+    const moves = this._moved.size > 0;
+    swept.begin(view.width, view.height, ratio);
+    show(this.moving, moves);
+    const batches = moves && (this._movingBatches ??= new Batches(store, (entity) => this._moved.has(entity.name), shown));
+    const sheet = batches && batches.byHand(view, ratio) < MOST_BY_HAND ? this._sheet : null;
+    if (!sheet) {
+      ctx.resetTransform();
+      swept.clear(ctx);
+    }
+    if (!batches) return;
     this._ready(ctx);
-    swept.clear(ctx);
-    swept.begin(app.view.width, app.view.height);
-    show(this.moving, this._moved.size > 0);
-    if (!this._moved.size) return;
-    this._movingBatches ??= new Batches(app.store, (entity) => this._moved.has(entity.name), app.shown);
-    this._movingBatches.draw(ctx, app.view, palette, swept);
+    if (sheet) {
+      sheet.begin(canvas.width, canvas.height);
+      batches.drawByHand(ctx, view, palette, swept, sheet, ratio);
+    } else batches.draw(ctx, view, palette, swept);
     const { movingCount } = annotations;
     if (!movingCount || movingCount > MOST_MOVING) return;
-    const shown = annotations.follow(ctx);
-    annotations.draw(ctx, palette, shown);
-    swept.addShown(shown);
+    const followed = annotations.follow(ctx);
+    annotations.draw(ctx, palette, followed);
+    swept.addShown(followed);
   }
 }
 

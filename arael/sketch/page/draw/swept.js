@@ -3,26 +3,41 @@
  * as long as to draw two hundred lines on it, and what a drag moves is often long and thin.
  */
 
-/** Pixels across a strip. */
-const STRIP = 64;
+/** Pixels of the screen across a strip. */
+export const STRIP = 64;
 /** How far pens, halos, marks, arrows and badges reach from the places that are given, in pixels. */
 const REACH = 12;
 
 /** The highest and lowest pixel in each upright strip of the canvas. */
 export class Swept {
   constructor() {
+    /** @type {Float64Array} */
     this._tops = new Float64Array(0);
-    this._bottoms = new Float64Array(0);
+    this._bottoms = this._tops;
+    // of the drawing before this one
+    this._oldTops = this._tops;
+    this._oldBottoms = this._tops;
     this._height = 0;
+    this._ratio = 1;
   }
 
-  /** The canvas is clear and of this size. @param {number} width @param {number} height */
-  begin(width, height) {
-    const count = Math.ceil(width / STRIP);
-    if (count !== this._tops.length) [this._tops, this._bottoms] = [new Float64Array(count), new Float64Array(count)];
-    this._tops.fill(Infinity);
-    this._bottoms.fill(-Infinity);
+  /**
+   * A drawing begins.
+   * @param {number} width @param {number} height
+   * @param {number} [ratio]  pixels of the screen for one of these, and of those that are given from now on
+   */
+  begin(width, height, ratio = 1) {
+    const count = Math.ceil(Math.round(width * ratio) / STRIP);
+    const fits = count === this._tops.length;
+    const blank = (/** @type {Float64Array} */ old, /** @type {number} */ value) => (fits ? old : new Float64Array(count)).fill(value);
+    const [tops, bottoms] = [this._oldTops, this._oldBottoms];
+    // a canvas of another size is blank
+    this._oldTops = fits ? this._tops : blank(tops, Infinity);
+    this._oldBottoms = fits ? this._bottoms : blank(bottoms, -Infinity);
+    this._tops = blank(tops, Infinity);
+    this._bottoms = blank(bottoms, -Infinity);
     this._height = height;
+    this._ratio = ratio;
   }
 
   /**
@@ -33,8 +48,9 @@ export class Swept {
   add(x1, y1, x2, y2, reach = REACH) {
     const top = (y1 < y2 ? y1 : y2) - reach;
     const bottom = (y1 < y2 ? y2 : y1) + reach;
-    const first = Math.max(Math.floor(((x1 < x2 ? x1 : x2) - reach) / STRIP), 0);
-    const last = Math.min(Math.floor(((x1 < x2 ? x2 : x1) + reach) / STRIP), this._tops.length - 1);
+    const strip = STRIP / this._ratio;
+    const first = Math.max(Math.floor(((x1 < x2 ? x1 : x2) - reach) / strip), 0);
+    const last = Math.min(Math.floor(((x1 < x2 ? x2 : x1) + reach) / strip), this._tops.length - 1);
     for (let i = first; i <= last; i++) {
       if (top < this._tops[i]) this._tops[i] = top;
       if (bottom > this._bottoms[i]) this._bottoms[i] = bottom;
@@ -59,11 +75,20 @@ export class Swept {
     for (const { x, y } of glyphs) this.add(x, y, x, y);
   }
 
-  /** Clear what was drawn. @param {CanvasRenderingContext2D} ctx  scaled by the pixel ratio */
+  /**
+   * Rows of a strip between which is drawn, or was before this drawing; none if the second is not the larger.
+   * @param {number} i @returns {[number, number]}
+   */
+  rows(i) {
+    const top = this._ratio * Math.min(this._tops[i], this._oldTops[i]);
+    const bottom = this._ratio * Math.max(this._bottoms[i], this._oldBottoms[i]);
+    return [Math.max(Math.floor(top), 0), Math.min(Math.ceil(bottom), Math.round(this._ratio * this._height))];
+  }
+
+  /** Clear what was drawn, now and before. @param {CanvasRenderingContext2D} ctx  by pixels of the screen */
   clear(ctx) {
     for (let i = 0; i < this._tops.length; i++) {
-      const top = Math.max(Math.floor(this._tops[i]), 0);
-      const bottom = Math.min(Math.ceil(this._bottoms[i]), this._height);
+      const [top, bottom] = this.rows(i);
       if (bottom > top) ctx.clearRect(i * STRIP, top, STRIP, bottom - top);
     }
   }

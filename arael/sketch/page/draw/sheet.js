@@ -1,0 +1,175 @@
+/**
+ * A drawing by hand: straight lines and marks as numbers of pixels, which a canvas takes over as they are.
+ * Without a graphics processor the browser notes every call first and carries it out later; for many short
+ * lines and small marks both together take four times as long as to fill in their pixels here.
+ *
+ * Pixels lie in upright strips, one after the other, so that the part of a strip that is drawn on is one
+ * run of numbers. How much of a pixel a line covers is its area, as of the browser's own lines.
+ */
+
+import { STRIP } from "./swept.js";
+
+/** Two to this power: `STRIP`. */
+const SHIFT = 6;
+
+export class Sheet {
+  constructor() {
+    this.width = 0;
+    this.height = 0;
+    this._pixels = new Int32Array(0);
+    /** @type {ImageData[]} */
+    this._strips = [];
+    /** Pixels by colour. @type {Map<string, number>} */
+    this._colours = new Map();
+  }
+
+  /** Begin a drawing of this size, in pixels of the screen. @param {number} width @param {number} height */
+  begin(width, height) {
+    if (width === this.width && height === this.height) return;
+    const [size, count] = [STRIP * height, Math.ceil(width / STRIP)];
+    [this.width, this.height] = [width, height];
+    const bytes = new Uint8ClampedArray(4 * size * count);
+    this._pixels = new Int32Array(bytes.buffer);
+    this._strips = Array.from({ length: count }, (_, i) =>
+      new ImageData(bytes.subarray(4 * size * i, 4 * size * (i + 1)), STRIP, height));
+  }
+
+  /** The pixel that a colour fills. @param {string} colour */
+  colour(colour) {
+    let found = this._colours.get(colour);
+    if (found === undefined) {
+      const ctx = /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(1, 1).getContext("2d"));
+      ctx.fillStyle = colour;
+      ctx.fillRect(0, 0, 1, 1);
+      found = dotsOf(ctx, 1)[2];
+      this._colours.set(colour, found);
+    }
+    return found;
+  }
+
+  /**
+   * A straight line with square ends, like those of a canvas.
+   * @param {number} x1 @param {number} y1 @param {number} x2 @param {number} y2
+   * @param {number} width
+   * @param {number} colour  of `colour`
+   */
+  line(x1, y1, x2, y2, width, colour) {
+    const half = width / 2;
+    if (x1 !== x2 && y1 !== y2) return this._slanted(x1, y1, x2, y2, half, colour);
+    const [dx, dy] = x1 === x2 ? [half, 0] : [0, half];
+    this._box(Math.min(x1, x2) - dx, Math.min(y1, y2) - dy, Math.max(x1, x2) + dx, Math.max(y1, y2) + dy, colour);
+  }
+
+  /** @param {number} left @param {number} top @param {number} right @param {number} bottom @param {number} colour */
+  _box(left, top, right, bottom, colour) {
+    const { height, _pixels: pixels } = this;
+    const first = Math.max(Math.floor(left), 0);
+    const end = Math.min(Math.ceil(right), this.width);
+    const below = Math.min(Math.ceil(bottom), height);
+    for (let y = Math.max(Math.floor(top), 0); y < below; y++) {
+      const tall = (y + 1 < bottom ? y + 1 : bottom) - (y > top ? y : top);
+      for (let x = first; x < end; x++) {
+        const wide = (x + 1 < right ? x + 1 : right) - (x > left ? x : left);
+        lay(pixels, placeOf(x, y, height), colour, wide * tall);
+      }
+    }
+  }
+
+  /** @param {number} x1 @param {number} y1 @param {number} x2 @param {number} y2 @param {number} half @param {number} colour */
+  _slanted(x1, y1, x2, y2, half, colour) {
+    const { width, height, _pixels: pixels } = this;
+    const long = Math.hypot(x2 - x1, y2 - y1);
+    const [ux, uy] = [(x2 - x1) / long, (y2 - y1) / long];
+    const [wide, tall] = [Math.abs(ux), Math.abs(uy)];
+    const large = Math.max(wide, tall);
+    const small = Math.min(wide, tall);
+    // how far a pixel reaches from its middle, along the line as well as across it
+    const reach = (large + small) / 2;
+    const below = Math.min(Math.max(y1, y2) + half, height);
+    const right = Math.min(Math.max(x1, x2) + half, width);
+    for (let y = Math.max(Math.floor(Math.min(y1, y2) - half), 0); y < below; y++) {
+      const dy = y + 0.5 - y1;
+      // where the middles of pixels are near enough to the line
+      const middle = x1 - 0.5 + (dy * ux) / uy;
+      const spread = (half + reach) / tall;
+      const end = Math.min(middle + spread, right);
+      for (let x = Math.max(Math.ceil(middle - spread), Math.floor(Math.min(x1, x2) - half), 0); x < end; x++) {
+        const dx = x + 0.5 - x1;
+        const beside = dx * uy - dy * ux;
+        const along = dx * ux + dy * uy;
+        const share = (inside(half - beside, large, small) + inside(half + beside, large, small) - 1) *
+          (inside(along, large, small) + inside(long - along, large, small) - 1);
+        if (share > 0) lay(pixels, placeOf(x, y, height), colour, share);
+      }
+    }
+  }
+
+  /** A small image. @param {Int32Array} dots  of `dotsOf` @param {number} left @param {number} top */
+  stamp(dots, left, top) {
+    const { width, height, _pixels: pixels } = this;
+    for (let k = 0; k < dots.length; k += 3) {
+      const x = left + dots[k];
+      const y = top + dots[k + 1];
+      if (x < 0 || y < 0 || x >= width || y >= height) continue;
+      lay(pixels, placeOf(x, y, height), dots[k + 2], 1);
+    }
+  }
+
+  /**
+   * Put the drawing on a canvas in place of what was there before, and begin an empty one.
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {import("./swept.js").Swept} swept  where is drawn, now and before
+   */
+  put(ctx, swept) {
+    const size = STRIP * this.height;
+    this._strips.forEach((strip, i) => {
+      const [top, bottom] = swept.rows(i);
+      if (bottom <= top) return;
+      ctx.putImageData(strip, STRIP * i, 0, 0, top, STRIP, bottom - top);
+      this._pixels.fill(0, size * i + STRIP * top, size * i + STRIP * bottom);
+    });
+  }
+}
+
+/** What is drawn on a small square canvas: place and pixel, x, y, pixel, ... @param {OffscreenCanvasRenderingContext2D} ctx @param {number} size */
+export function dotsOf(ctx, size) {
+  const pixels = new Int32Array(ctx.getImageData(0, 0, size, size).data.buffer);
+  return Int32Array.from([...pixels].flatMap((pixel, k) => (pixel ? [k % size, Math.floor(k / size), pixel] : [])));
+}
+
+/** Where a pixel is. @param {number} x @param {number} y @param {number} height */
+const placeOf = (x, y, height) => (((x >> SHIFT) * height + y) << SHIFT) | (x & 63);
+
+/**
+ * How much of a pixel is inside of a straight edge.
+ * @param {number} depth  of its middle
+ * @param {number} large @param {number} small  sizes of the edge's direction, to the right and down
+ */
+function inside(depth, large, small) {
+  const far = Math.abs(depth);
+  const left = (large + small) / 2 - far;
+  let outside = 0;
+  if (left > small) outside = 0.5 - far / large;
+  else if (left > 0) outside = (left * left) / (2 * large * small);
+  return depth < 0 ? outside : 1 - outside;
+}
+
+/** Lay a colour over a pixel. @param {Int32Array} pixels @param {number} at @param {number} colour @param {number} share  of the pixel */
+function lay(pixels, at, colour, share) {
+  const under = pixels[at];
+  const alpha = ((colour >>> 24) * share + 0.5) | 0;
+  if (!under || alpha > 254) {
+    pixels[at] = (colour & 0xffffff) | (alpha << 24);
+    return;
+  }
+  const rest = ((under >>> 24) * (255 - alpha)) / 255;
+  const sum = alpha + rest;
+  let mixed = (sum + 0.5) << 24;
+  if (((under ^ colour) & 0xffffff) === 0) mixed |= colour & 0xffffff;
+  else if (alpha) {
+    for (let k = 0; k < 24; k += 8) {
+      mixed |= ((((colour >>> k) & 255) * alpha + ((under >>> k) & 255) * rest) / sum + 0.5) << k;
+    }
+  } else return;
+  pixels[at] = mixed;
+}

@@ -1,0 +1,105 @@
+/** Drawings by hand: how much of each pixel is covered, and how colours lie on each other. */
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+
+import { Sheet } from "../../arael/sketch/page/draw/sheet.js";
+import { Swept } from "../../arael/sketch/page/draw/swept.js";
+
+const [WIDTH, HEIGHT] = [200, 150];
+/** As numbers of pixels have them: alpha, blue, green, red. */
+const [RED, BLUE] = [0xff0000ff | 0, 0xffff0000 | 0];
+
+before(() => {
+  globalThis.ImageData = class {
+    constructor(data, width, height) {
+      Object.assign(this, { data, width, height });
+    }
+  };
+});
+after(() => delete globalThis.ImageData);
+
+/** Draw, and put it on a canvas: red, green, blue, alpha at a place. @param {(sheet: Sheet) => void} draw */
+function drawn(draw, sheet = new Sheet()) {
+  const pixels = new Map();
+  const swept = new Swept();
+  sheet.begin(WIDTH, HEIGHT);
+  swept.begin(WIDTH, HEIGHT);
+  swept.addAll();
+  draw(sheet);
+  const putImageData = ({ data, width }, dx, dy, x, y, w, h) => {
+    for (let j = y; j < y + h; j++) {
+      for (let i = x; i < x + w; i++) {
+        const at = 4 * (j * width + i);
+        pixels.set(`${dx + i} ${dy + j}`, [...data.subarray(at, at + 4)]);
+      }
+    }
+  };
+  sheet.put(/** @type {any} */ ({ putImageData }), swept);
+  return (/** @type {number} */ x, /** @type {number} */ y) => pixels.get(`${x} ${y}`);
+}
+
+/** Share of a pixel inside of a line, by trial. */
+function covered([x1, y1, x2, y2, width], x, y) {
+  const long = Math.hypot(x2 - x1, y2 - y1);
+  const [ux, uy] = [(x2 - x1) / long, (y2 - y1) / long];
+  let count = 0;
+  for (let k = 0; k < 400; k++) {
+    const [dx, dy] = [x + ((k % 20) + 0.5) / 20 - x1, y + (Math.floor(k / 20) + 0.5) / 20 - y1];
+    const along = dx * ux + dy * uy;
+    if (Math.abs(dx * uy - dy * ux) < width / 2 && along > 0 && along < long) count++;
+  }
+  return count / 400;
+}
+
+test("a line covers each pixel by its area", () => {
+  const lines = [
+    [10.3, 20.2, 90.6, 20.2, 1.7], [70.45, 130, 70.45, 8.2, 2.1], [5, 5, 120, 64.5, 1.7], [150.2, 140.1, 100, 3, 2.1],
+    [190, 20, 20, 33, 3.4], [60, 60, 63, 64, 1.1], [-30, 40, 300, 41.3, 1.7],
+  ];
+  for (const line of lines) {
+    const at = drawn((sheet) => sheet.line(...line, RED));
+    for (let y = 0; y < HEIGHT; y++) {
+      for (let x = 0; x < WIDTH; x++) {
+        const alpha = at(x, y)[3] / 255;
+        // where the corner of an end is, both edges are multiplied
+        assert.ok(Math.abs(alpha - covered(line, x, y)) < 0.09, `${line}: ${x}, ${y}: ${alpha}`);
+      }
+    }
+  }
+});
+
+test("a line is drawn between its ends only, and nowhere without a place", () => {
+  const at = drawn((sheet) => {
+    sheet.line(NaN, 4, 5, 9, 2, RED);
+    sheet.line(-1e9, -5, 1e9, -5, 2, RED);
+    sheet.line(40, 40, 60, 40, 2, RED);
+  });
+  let sum = 0;
+  for (let y = 0; y < HEIGHT; y++) for (let x = 0; x < WIDTH; x++) sum += at(x, y)[3];
+  assert.equal(sum, 255 * 40);
+});
+
+test("what is laid later is in front, in part where it covers in part", () => {
+  const at = drawn((sheet) => {
+    sheet.line(10, 50, 100, 50, 10, RED);
+    sheet.line(50, 10, 50, 100, 10.5, BLUE);
+    sheet.stamp(Int32Array.of(0, 0, BLUE, 1, 0, 0x80ff0000 | 0), 20, 50);
+  });
+  assert.deepEqual(at(30, 50), [255, 0, 0, 255]);
+  assert.deepEqual(at(50, 50), [0, 0, 255, 255]);
+  assert.deepEqual(at(44, 50), [191, 0, 64, 255]);
+  assert.deepEqual(at(44, 20), [0, 0, 255, 64]);
+  assert.deepEqual(at(20, 50), [0, 0, 255, 255]);
+  assert.deepEqual(at(21, 50), [127, 0, 128, 255]);
+});
+
+test("one colour twice covers more, and a drawing begins empty", () => {
+  const sheet = new Sheet();
+  const at = drawn((one) => {
+    one.line(10, 50, 100, 50, 0.5, RED);
+    one.line(10, 50, 100, 50, 0.5, RED);
+  }, sheet);
+  assert.deepEqual(at(20, 49), [255, 0, 0, 112]);
+  assert.deepEqual(drawn(() => {}, sheet)(20, 49), [0, 0, 0, 0]);
+});
