@@ -295,7 +295,14 @@ class Solver:
         found = levels.solve(x, tolerance, active=active, low=low, high=high)
         return self.named(found, x, tolerance)
 
-    def named(self, found: Any, x: Array, tolerance: Array, fraction: float = 0.0) -> Outcome:
+    def named(
+        self,
+        found: Any,
+        x: Array,
+        tolerance: Array,
+        fraction: float = 0.0,
+        converged: bool = True,
+    ) -> Outcome:
         """An outcome of levels in terms of the document."""
         layout = self.layout
         row = layout.owner[found.row] if 0 <= found.row < len(layout.owner) else ""
@@ -316,6 +323,7 @@ class Solver:
             found.steps,
             1.0 if found.solved else fraction,
             getattr(found, "soft", 0.0),
+            converged,
         )
 
     def written(self, x: Array, found: Outcome) -> Outcome:
@@ -555,11 +563,12 @@ class Drag:
         layout.renew_sides()
         self.began = layout.document.values.copy()
         self.points = np.asarray(at, dtype=np.int64).ravel()
+        self._offsets = np.column_stack([self.points, self.points + 1])
+        self._places = self.began[self._offsets]
 
     def shift(self, dx: float, dy: float, seconds: float | None = None) -> Outcome:
         """All points to where they were when the drag began, moved by a vector."""
-        began = np.column_stack([self.began[self.points], self.began[self.points + 1]])
-        return self.move(began + np.array([dx, dy]), seconds)
+        return self.move(self._places + np.array([dx, dy]), seconds)
 
     def move(self, targets: ArrayLike, seconds: float | None = None) -> Outcome:
         """One frame: points as near to `targets`, (k, 2), as the equations let them.
@@ -575,8 +584,7 @@ class Drag:
         wanted = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
         if wanted.shape != (len(self.points), 2) or not np.isfinite(wanted).all():
             raise ValueError(f"expected {len(self.points)} finite places, found {wanted.shape}")
-        offsets = np.column_stack([self.points, self.points + 1]).ravel()
-        return self.pull(offsets, wanted.ravel(), seconds)
+        return self.pull(self._offsets.ravel(), wanted.ravel(), seconds)
 
     def pull(
         self, offsets: NDArray[np.int64], places: Array, seconds: float | None = None
@@ -609,20 +617,23 @@ class Drag:
             self.home = layout.unknowns_at(self.began)
         solver.prepare(x)
         tolerance = solver.tolerances.at(x)
-        free = np.array([not layout.is_fixed(int(k)) for k in offsets], dtype=bool)
-        columns = np.array([layout.root_of(int(k)) for k in offsets], dtype=np.int64)
-        columns, first = np.unique(columns[free], return_index=True)
-        if not len(columns):
+        # by column, the first of those that coincide; without NumPy, which takes longer for two
+        pulled: dict[int, float] = {}
+        for offset, place in zip(offsets.tolist(), places.tolist(), strict=True):
+            if not layout.is_fixed(offset):
+                pulled.setdefault(layout.root_of(offset), place)
+        if not pulled:
             return Outcome("solved")
+        columns = sorted(pulled)
         found = solver.levels.drag(
             x,
-            columns,
-            places[free][first],
+            np.array(columns, dtype=np.int64),
+            np.array([pulled[column] for column in columns]),
             self.home,
             tolerance if len(tolerance) else TOLERANCE * layout.size,
             low=layout.low,
             high=layout.high,
             seconds=seconds,
         )
-        outcome = replace(solver.named(found, x, tolerance), converged=found.converged)
+        outcome = solver.named(found, x, tolerance, converged=found.converged)
         return solver.written(x, outcome) if outcome.solved else outcome
