@@ -212,7 +212,7 @@ class Problem:
 
         Returns
         -------
-        False, with nothing done, if the structure is another now: then it takes a new problem.
+        False, with nothing done, if other blocks or rows are solved for now: it takes a new problem.
         """
         began = time.perf_counter()
         before = self.structure
@@ -240,7 +240,7 @@ class Problem:
 
     def _fits(self, found: Structure) -> bool:
         """Whether a structure has the blocks and rows of this problem, whose states then stay."""
-        # Functions of the caller, and parts elsewhere, have made their own of the structure.
+        # Functions of the caller, and parts on other machines, keep arrays made from the structure.
         own = self.hooks is None and self.evaluation_type is Evaluation
         return (
             own
