@@ -212,7 +212,7 @@ class Problem:
 
         Returns
         -------
-        False, with nothing done, if other blocks or rows are solved for now: it takes a new problem.
+        False, with nothing done, if other blocks or rows are solved for: it takes a new problem.
         """
         began = time.perf_counter()
         before = self.structure
