@@ -44,6 +44,7 @@ PERIOD = 8.0
 """Milliseconds between moves of the mouse: 125 a second."""
 WANTED = {500: "p99 4 ms", 10_000: "p95 16.7 ms"}
 
+_SERVER = Path(__file__).with_name("timed_server.py")
 _SCRIPT = Path(__file__).with_name("frames_page.js")
 
 STAGES = (
@@ -141,7 +142,7 @@ def _page(file: Path, log: Path) -> Iterator[Any]:
 
     chromium = os.environ.get("ARAEL_CHROMIUM") or shutil.which("chromium")
     server = ServerProcess(file, folder=file.parent)
-    server.command = [sys.executable, "-m", "benchmarks.sketch.timed_server", str(file), str(log)]
+    server.command = [sys.executable, str(_SERVER), str(file), str(log)]
     with server, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})

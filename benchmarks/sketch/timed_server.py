@@ -1,6 +1,6 @@
 """`arael sketch --serve` with the time of every stage of a frame, for the benchmark of frames.
 
-``python -m benchmarks.sketch.timed_server FILE LOG``: when the server ends, `LOG` has one record
+``python benchmarks/sketch/timed_server.py FILE LOG``: when the server ends, `LOG` has one record
 per place of the pointer, by its sequence: `STAGES` in milliseconds of the monotonic clock, and
 `cpu`, processor time of the thread that solves.
 """

@@ -85,7 +85,7 @@ test("the badge of an arc keeps off the leader of its radius", () => {
   store.dimensions.set("d0", { name: "d0", kind: "radius", args: ["A0"], value: { text: "5", number: 5 } });
   const annotations = new Annotations(store, view);
   annotations.layout(context().ctx);
-  const [[x1, y1, x2, y2]] = annotations.dimensions[0].lines;
+  const [x1, y1, x2, y2] = annotations.dimensions[0].lines;
   assert.ok(annotations.glyphs.length === 2);
   for (const { x, y } of annotations.glyphs) {
     const t = Math.min(Math.max(((x - x1) * (x2 - x1) + (y - y1) * (y2 - y1)) / Math.hypot(x2 - x1, y2 - y1) ** 2, 0), 1);
@@ -116,7 +116,8 @@ test("texts and badges keep off points, and off the extension lines of dimension
   for (const { name, x, y, w, h } of taken) {
     assert.ok(Math.abs(px - x) >= w + 3 || Math.abs(py - y) >= h + 3, `${name} is on the point`);
     for (const { name: other, thin } of annotations.dimensions) {
-      for (const [x1, y1, x2, y2] of thin) {
+      for (let k = 0; k < thin.length; k += 4) {
+        const [x1, y1, x2, y2] = thin.slice(k, k + 4);
         const through = [0, 0.25, 0.5, 0.75, 1].some((t) => Math.abs(x1 + t * (x2 - x1) - x) < w && Math.abs(y1 + t * (y2 - y1) - y) < h);
         assert.ok(!through || name === other, `${name} is on an extension line of ${other}`);
       }
@@ -133,7 +134,7 @@ test("a dimension line does not pass through a text that was there before", () =
   const annotations = new Annotations(store, view);
   annotations.layout(context().ctx);
   const [first, second] = annotations.dimensions;
-  const [[x1, y1, x2]] = second.lines;
+  const [x1, y1, x2] = second.lines;
   const { x, y } = first.text;
   assert.ok(x > Math.min(x1, x2) && x < Math.max(x1, x2));
   assert.ok(Math.abs(y1 - y) >= 8, `a line at ${y1}, a text at ${y}`);

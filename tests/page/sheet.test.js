@@ -19,11 +19,14 @@ before(() => {
 });
 after(() => delete globalThis.ImageData);
 
+/** One line, as of a list of several. */
+const line = (sheet, [...ends], width, colour) => sheet.lines(Float64Array.from(ends), 1, width, colour);
+
 /** Draw, and put it on a canvas: red, green, blue, alpha at a place. @param {(sheet: Sheet) => void} draw */
 function drawn(draw, sheet = new Sheet()) {
   const pixels = new Map();
   const swept = new Swept();
-  sheet.begin(WIDTH, HEIGHT);
+  sheet.begin(WIDTH, HEIGHT, 1);
   swept.begin(WIDTH, HEIGHT);
   swept.addAll();
   draw(sheet);
@@ -56,14 +59,15 @@ test("a line covers each pixel by its area", () => {
   const lines = [
     [10.3, 20.2, 90.6, 20.2, 1.7], [70.45, 130, 70.45, 8.2, 2.1], [5, 5, 120, 64.5, 1.7], [150.2, 140.1, 100, 3, 2.1],
     [190, 20, 20, 33, 3.4], [60, 60, 63, 64, 1.1], [-30, 40, 300, 41.3, 1.7],
+    [20, 30.4, 120, 30.415, 1.7], [80.3, 120, 80.285, 10, 1.7],
   ];
-  for (const line of lines) {
-    const at = drawn((sheet) => sheet.line(...line, RED));
+  for (const one of lines) {
+    const at = drawn((sheet) => line(sheet, one.slice(0, 4), one[4], RED));
     for (let y = 0; y < HEIGHT; y++) {
       for (let x = 0; x < WIDTH; x++) {
         const alpha = at(x, y)[3] / 255;
         // where the corner of an end is, both edges are multiplied
-        assert.ok(Math.abs(alpha - covered(line, x, y)) < 0.09, `${line}: ${x}, ${y}: ${alpha}`);
+        assert.ok(Math.abs(alpha - covered(one, x, y)) < 0.09, `${one}: ${x}, ${y}: ${alpha}`);
       }
     }
   }
@@ -71,9 +75,9 @@ test("a line covers each pixel by its area", () => {
 
 test("a line is drawn between its ends only, and nowhere without a place", () => {
   const at = drawn((sheet) => {
-    sheet.line(NaN, 4, 5, 9, 2, RED);
-    sheet.line(-1e9, -5, 1e9, -5, 2, RED);
-    sheet.line(40, 40, 60, 40, 2, RED);
+    line(sheet, [NaN, 4, 5, 9], 2, RED);
+    line(sheet, [-1e9, -5, 1e9, -5], 2, RED);
+    line(sheet, [40, 40, 60, 40], 2, RED);
   });
   let sum = 0;
   for (let y = 0; y < HEIGHT; y++) for (let x = 0; x < WIDTH; x++) sum += at(x, y)[3];
@@ -82,9 +86,9 @@ test("a line is drawn between its ends only, and nowhere without a place", () =>
 
 test("what is laid later is in front, in part where it covers in part", () => {
   const at = drawn((sheet) => {
-    sheet.line(10, 50, 100, 50, 10, RED);
-    sheet.line(50, 10, 50, 100, 10.5, BLUE);
-    sheet.stamp(Int32Array.of(0, 0, BLUE, 1, 0, 0x80ff0000 | 0), 20, 50);
+    line(sheet, [10, 50, 100, 50], 10, RED);
+    line(sheet, [50, 10, 50, 100], 10.5, BLUE);
+    sheet.stamp(Int32Array.of(0, 0, 0xff0000, 255, 1, 0, 0xff0000, 128), 20, 50);
   });
   assert.deepEqual(at(30, 50), [255, 0, 0, 255]);
   assert.deepEqual(at(50, 50), [0, 0, 255, 255]);
@@ -94,11 +98,22 @@ test("what is laid later is in front, in part where it covers in part", () => {
   assert.deepEqual(at(21, 50), [127, 0, 128, 255]);
 });
 
+test("lines are given by other pixels than those of the screen", () => {
+  const ends = Float64Array.of(0, 0, 1, 1, 10, 25, 50, 25, 35, 5, 35, 50);
+  const at = drawn((sheet) => {
+    sheet.begin(WIDTH, HEIGHT, 2);
+    sheet.lines(ends.subarray(4), 2, 5, RED);
+  });
+  for (const [x, y, alpha] of [[30, 50, 255], [30, 44, 0], [30, 45, 255], [18, 50, 0], [70, 99, 255], [76, 20, 0]]) {
+    assert.equal(at(x, y)[3], alpha, `${x} ${y}`);
+  }
+});
+
 test("one colour twice covers more, and a drawing begins empty", () => {
   const sheet = new Sheet();
   const at = drawn((one) => {
-    one.line(10, 50, 100, 50, 0.5, RED);
-    one.line(10, 50, 100, 50, 0.5, RED);
+    line(one, [10, 50, 100, 50], 0.5, RED);
+    line(one, [10, 50, 100, 50], 0.5, RED);
   }, sheet);
   assert.deepEqual(at(20, 49), [255, 0, 0, 112]);
   assert.deepEqual(drawn(() => {}, sheet)(20, 49), [0, 0, 0, 0]);

@@ -33,9 +33,9 @@ function withImages() {
 }
 
 /** A sheet that notes what is laid on it. */
-function sheet() {
+function sheet(ratio = 1) {
   const laid = [];
-  return { laid, stamp: (dots, left, top) => laid.push([dots, left, top]) };
+  return { laid, ratio, stamp: (dots, left, top) => laid.push([dots, left, top]) };
 }
 
 afterEach(() => delete globalThis.OffscreenCanvas);
@@ -43,16 +43,17 @@ afterEach(() => delete globalThis.OffscreenCanvas);
 test("marks stand within an eighth of a pixel of their places", () => {
   const made = withImages();
   for (const ratio of [1, 1.5, 2]) {
-    const { laid, stamp } = sheet();
-    const places = Array.from({ length: 400 }, (_, i) => (i * 0.737) % 91 - 5);
-    stampMarks(/** @type {any} */ ({ stamp }), LOOK, places, ratio);
+    const on = sheet(ratio);
+    const { laid } = on;
+    const places = Float64Array.from({ length: 800 }, (_, i) => (Math.floor(i / 4) * 1.474 + (i % 2) * 0.737) % 91 - 5);
+    stampMarks(/** @type {any} */ (on), LOOK, places, 200);
     assert.equal(laid.length, 200);
     laid.forEach(([dots, left, top], i) => {
       assert.ok(Number.isInteger(left) && Number.isInteger(top));
-      const [width, drawn, x, y] = [2, 5, 8, 11].map((k) => dots[k]);
+      const [width, drawn, x, y] = [2, 6, 10, 14].map((k) => dots[k]);
       assert.equal(drawn, 1e4 * ratio);
-      assert.ok(Math.abs(left + x / 1e4 - ratio * places[2 * i]) <= 0.125 + 1e-9);
-      assert.ok(Math.abs(top + y / 1e4 - ratio * places[2 * i + 1]) <= 0.125 + 1e-9);
+      assert.ok(Math.abs(left + x / 1e4 - ratio * places[4 * i]) <= 0.125 + 1e-9);
+      assert.ok(Math.abs(top + y / 1e4 - ratio * places[4 * i + 1]) <= 0.125 + 1e-9);
       assert.ok(x / 1e4 - 6 * ratio > 0 && x / 1e4 + 6 * ratio < width);
     });
   }
@@ -62,7 +63,7 @@ test("marks stand within an eighth of a pixel of their places", () => {
 test("marks of another colour are other images", () => {
   withImages();
   const [one, other] = [sheet(), sheet()];
-  stampMarks(/** @type {any} */ (one), LOOK, [3, 4], 1);
-  stampMarks(/** @type {any} */ (other), { ...LOOK, colour: "#abcdef" }, [3, 4], 1);
+  stampMarks(/** @type {any} */ (one), LOOK, Float64Array.of(3, 4, 3, 4), 1);
+  stampMarks(/** @type {any} */ (other), { ...LOOK, colour: "#abcdef" }, Float64Array.of(3, 4, 3, 4), 1);
   assert.notEqual(one.laid[0][0], other.laid[0][0]);
 });

@@ -1,7 +1,8 @@
 """Sources of the page without comments and needless white space, semicolons, parentheses and zeros.
 
-Nothing is renamed and no line is moved: what follows from line ends (automatic semicolons) stays,
-and the names of a stack trace are those of the source.
+Declarations one after the other become one: ``const a=1,b=2``. Nothing is renamed and no line is
+moved: what follows from line ends (automatic semicolons) stays, and the names of a stack trace are
+those of the source.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ _BEFORE_VALUE = frozenset(
 )
 #: Words whose parentheses may be followed by nothing but a semicolon; ``for await (``.
 _HEADS = frozenset({"if", "for", "while", "with", "await"})
+_DECLARING = frozenset({"const", "let"})
 #: Signs that would be other ones side by side.
 _APART = frozenset({"++", "--", "//", "/*", "<!", "->"})
 
@@ -37,6 +39,7 @@ def compact_script(text: str) -> str:
     gap = ""
     nesting: list[int] = []  # braces that are open in each expression of a template
     heads: list[bool] = []  # parentheses that are open: whether of a statement
+    declarations = _Declarations()
     is_head = is_empty = False  # of the last parenthesis; whether a semicolon is a statement itself
     at, last, is_value = 0, "", False
     while at < len(text):
@@ -63,6 +66,10 @@ def compact_script(text: str) -> str:
                 nesting.append(0)
         elif nesting and piece in "{}":
             nesting[-1] += 1 if piece == "{" else -1
+        if declarations.go_on(piece, kind == "template"):
+            pieces[-1] = last = ","
+            gap, is_value, at = "", False, at + len(piece)
+            continue
         if piece == "(":
             heads.append(last in _HEADS)
         elif piece == ")":
@@ -87,6 +94,35 @@ def compact_script(text: str) -> str:
             or piece in (")", "]", "}")
         )
     return "".join(pieces) + "\n"
+
+
+class _Declarations:
+    """Where ``const`` or ``let`` follows a declaration of its own kind."""
+
+    def __init__(self) -> None:
+        # of each bracket that is open: the first token of its statement, empty before it
+        self._firsts = [""]
+        self._ended = ""
+
+    def go_on(self, piece: str, is_text: bool) -> bool:
+        """Whether the next token may be a comma in place of the semicolon before it.
+
+        Parameters
+        ----------
+        is_text : whether it is a part of a template
+        """
+        firsts, ended = self._firsts, self._ended
+        first = firsts[-1]
+        firsts[-1], self._ended = first or piece, ""
+        if piece in (")", "]", "}") or (is_text and piece[0] == "}"):
+            firsts.pop()
+            if piece == "}" and firsts[-1] not in _DECLARING:
+                firsts[-1] = ""
+        if piece in ("(", "[", "{") or (is_text and piece.endswith("${")):
+            firsts.append("" if piece == "{" else piece)
+        elif piece == ";" and first not in ("(", "["):
+            firsts[-1], self._ended = "", first if first in _DECLARING else ""
+        return piece == ended
 
 
 def _unwrap(pieces: list[str]) -> None:

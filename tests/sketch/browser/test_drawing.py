@@ -363,6 +363,24 @@ def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page:
     assert page.evaluate(AS_IF_CLEARED) == [0, 0]
 
 
+def test_a_drag_is_rehearsed_where_nobody_sees_it(page: Any) -> None:
+    run(
+        page,
+        "add_rect 0,0 20,12 hv",
+        "add_circle 34,6 5",
+        "length L0 20",
+        "hdistance L0.p2 C0.center 14",
+    )
+    page.evaluate("app.fit()")
+    wait(page, "!app.renderer.pending && app.renderer._unseen !== null")
+    assert page.evaluate("app.renderer._unseen.getImageData(0, 0, 300, 150).data.length") > 0
+    assert page.evaluate(f"[app.renderer.movedCount, {LAYERS}[0]]") == [0, False]
+    counts = "(({dimensions, still, movingCount}) => [dimensions, still.dimensions].map((one) =>"
+    found = page.evaluate(f"{counts} one.length).concat(movingCount))(app.renderer.annotations)")
+    assert found == [2, 2, 0]
+    assert page.evaluate(AS_IF_CLEARED) == [0, 0]
+
+
 @exercises("pointer:Wheel", "pointer:Drag with the middle button")
 def test_the_wheel_zooms_at_the_pointer_and_the_middle_button_pans(page: Any) -> None:
     x, y = at(page, 7, 3)

@@ -109,6 +109,20 @@ def test_a_client_without_decompression_gets_plain_text(browser: TestClient) -> 
         ("{ while (a(b)); }", "{while(a(b));}"),
         ("{ if (a) b(); else; }", "{if(a)b();else;}"),
         ("`${() => { a(); }}`", "`${()=>{a()}}`"),
+        ("const a = 1;\nconst b = 2;\nlet c;\nlet d;", "const a=1,b=2;let c,d;"),
+        ("const [a] = x; const { b } = y; // c\nconst c = {};", "const[a]=x,{b}=y,c={};"),
+        ("export const a = 1;\nconst b = 2;\nconst c = 3;", "export const a=1;const b=2,c=3;"),
+        ("const a = 1; f(); const b = 2;", "const a=1;f();const b=2;"),
+        ("for (let i = 0; i < 2; i++) let;", "for(let i=0;i<2;i++)let;"),
+        ("{ const a = 1; } const b = 2;", "{const a=1}const b=2;"),
+        (
+            "const f = () => { let a = 1; let b; a(); }; const g = [0, { c }]; let h;",
+            "const f=()=>{let a=1,b;a()},g=[0,{c}];let h;",
+        ),
+        (
+            "const a = `;${() => { let b; let c; }}`; const d = a;",
+            "const a=`;${()=>{let b,c}}`,d=a;",
+        ),
     ],
 )
 def test_a_script_keeps_its_meaning(source: str, expected: str) -> None:

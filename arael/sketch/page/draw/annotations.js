@@ -78,7 +78,7 @@ export class Annotations {
     this._moving = { dimensions: [], constraints: [] };
   }
 
-  /** Part what is shown into what a drag of these entities moves, and what it does not. @param {ReadonlySet<string>} moved */
+  /** Part what is shown into what a drag of these entities moves, and what it does not. @param {Pick<ReadonlySet<string>, "has">} moved */
   split(moved) {
     const { store } = this;
     const moves = (/** @type {{args: string[]}|undefined} */ one) => !!one?.args.some((arg) => moved.has(splitHandle(arg)[0]));

@@ -10,7 +10,7 @@ import { stampMarks } from "./stamps.js";
 /**
  * @typedef {import("../types.js").Entity} Entity
  * @typedef {{state: string, construction: boolean, style: string, lines: number[], curves: Entity[], texts: Entity[]}} Batch
- * @typedef {{state: string, large: boolean, offsets: number[]}} Marks
+ * @typedef {{state: string, large: boolean, offsets: number[], places: Float64Array}} Marks
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../view.js").View} View
  * @typedef {import("./palette.js").Palette} Palette
@@ -25,6 +25,8 @@ const CHUNK = 128;
 const MARKED = 14;
 /** How far curves may be drawn beside their bounds, in pixels: where they turn, their stroke has a tip. */
 const TIP = 50;
+
+const NOWHERE = new Float64Array(0);
 
 export class Batches {
   /**
@@ -62,6 +64,9 @@ export class Batches {
     }
     this.batches = [...batches.values()].sort(order);
     this.marks = [...marks.values()].sort((a, b) => RANK.indexOf(a.state) - RANK.indexOf(b.state));
+    for (const one of this.marks) one.places = new Float64Array(4 * one.offsets.length);
+    /** Ends of lines that are drawn by hand. */
+    this._ends = NOWHERE;
     this.meanLength = counted ? total / counted : Infinity;
   }
 
@@ -74,7 +79,7 @@ export class Batches {
       const key = `${state} ${large}`;
       let found = marks.get(key);
       if (!found) {
-        found = { state, large, offsets: [] };
+        found = { state, large, offsets: [], places: NOWHERE };
         marks.set(key, found);
       }
       found.offsets.push(pointOffset(entity, splitHandle(handle)[1]));
@@ -90,9 +95,9 @@ export class Batches {
   draw(ctx, view, palette, swept) {
     for (const batch of this.batches) this._halo(ctx, view, palette, batch);
     for (const batch of this.batches) this._outline(ctx, view, palette, batch, swept);
-    for (const [{ shape, r, colour, back }, places] of this._marksOf(view, palette, swept)) {
+    for (const { look: { shape, r, colour, back }, places, count } of this._marksOf(view, palette, swept)) {
       const pen = markPen(ctx, shape, r, colour, back);
-      for (let i = 0; i < places.length; i += 2) pen(places[i], places[i + 1]);
+      for (let i = 0; i < 4 * count; i += 4) pen(places[i], places[i + 1]);
     }
   }
 
@@ -100,23 +105,25 @@ export class Batches {
    * Draw in place of what was on the canvas, solid lines and marks by hand.
    * @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette
    * @param {Swept} swept  is given what is drawn where @param {Sheet} sheet
-   * @param {number} ratio  pixels of the screen for one of the view
    */
-  drawByHand(ctx, view, palette, swept, sheet, ratio) {
+  drawByHand(ctx, view, palette, swept, sheet) {
     const v = this.store.values;
     const { x, y, scale: s } = view;
     for (const { state, lines } of this.batches.filter(isSolid)) {
-      const pixel = sheet.colour(colour(palette, state));
-      const width = ratio * STATES[state].width;
-      for (let i = 0; i < lines.length; i++) {
+      const count = lines.length;
+      if (this._ends.length < 4 * count) this._ends = new Float64Array(4 * count);
+      const ends = this._ends;
+      for (let i = 0; i < count; i++) {
         const at = lines[i];
-        const [x1, y1] = [x + s * v[at], y - s * v[at + 1]];
-        const [x2, y2] = [x + s * v[at + 2], y - s * v[at + 3]];
-        sheet.line(ratio * x1, ratio * y1, ratio * x2, ratio * y2, width, pixel);
-        swept.add(x1, y1, x2, y2);
+        for (let k = 0; k < 4; k += 2) {
+          ends[4 * i + k] = x + s * v[at + k];
+          ends[4 * i + k + 1] = y - s * v[at + k + 1];
+        }
       }
+      sheet.lines(ends, count, STATES[state].width, sheet.colour(colour(palette, state)));
+      swept.addEach(ends, count);
     }
-    for (const [look, places] of this._marksOf(view, palette, swept)) stampMarks(sheet, look, places, ratio);
+    for (const { look, places, count } of this._marksOf(view, palette, swept)) stampMarks(sheet, look, places, count);
     sheet.put(ctx, swept);
     // the rest lies below: what would be drawn last is drawn first
     const rest = [...this.batches].reverse();
@@ -215,35 +222,33 @@ export class Batches {
   }
 
   /**
-   * Marks by look, with their places: x, y, x, y, ...
+   * Marks by look, and where they are: x, y, x, y, twice the same.
    * @param {View} view @param {Palette} palette @param {Swept} [swept]
-   * @returns {[Parameters<typeof stampMarks>[1], number[]][]}
    */
   _marksOf(view, palette, swept) {
-    /** @type {ReturnType<Batches["_marksOf"]>} */
-    const found = [];
     const v = this.store.values;
-    const crowded = this.meanLength * view.scale < MARKED;
-    for (const { state, large, offsets } of this.marks) {
-      if (crowded && !large && (state === "free" || state === "defined")) continue;
-      /** @type {number[]} */
-      const places = [];
+    const { x, y, scale: s, width, height } = view;
+    const crowded = this.meanLength * s < MARKED;
+    const shown = this.marks.filter(({ state, large }) => large || !crowded || (state !== "free" && state !== "defined"));
+    return shown.map(({ state, large, offsets, places }) => {
+      let count = 0;
       // ends that coincide have one mark
       const seen = new Set();
-      for (const at of offsets) {
-        const px = view.x + view.scale * v[at];
-        const py = view.y - view.scale * v[at + 1];
-        if (px < -9 || py < -9 || px > view.width + 9 || py > view.height + 9) continue;
-        const key = Math.round(4 * px) * 0x100000 + Math.round(4 * py);
+      for (let i = 0; i < offsets.length; i++) {
+        const px = x + s * v[offsets[i]];
+        const py = y - s * v[offsets[i] + 1];
+        if (px < -9 || py < -9 || px > width + 9 || py > height + 9) continue;
+        const key = Math.round(4 * px) * 0x8000 + Math.round(4 * py);
         if (seen.has(key)) continue;
         seen.add(key);
-        places.push(px, py);
-        swept?.add(px, py, px, py);
+        places[4 * count] = places[4 * count + 2] = px;
+        places[4 * count + 1] = places[4 * count + 3] = py;
+        count++;
       }
-      const r = large ? 3.4 : 2.7;
-      found.push([{ shape: (STATES[state] ?? STATES.defined).end, r, colour: colour(palette, state), back: palette.background }, places]);
-    }
-    return found;
+      swept?.addEach(places, count);
+      const { end } = STATES[state] ?? STATES.defined;
+      return { look: { shape: end, r: large ? 3.4 : 2.7, colour: colour(palette, state), back: palette.background }, places, count };
+    });
   }
 }
 

@@ -33,12 +33,17 @@ export function drawDimensions(ctx, all, colour, back, dash = []) {
   ctx.stroke();
   ctx.setLineDash([]);
   ctx.beginPath();
-  for (const [x, y, ux, uy] of all.flatMap((one) => one.arrows)) {
-    const [bx, by, w] = [x - ARROW * ux, y - ARROW * uy, 0.28 * ARROW];
-    ctx.moveTo(x, y);
-    ctx.lineTo(bx - w * uy, by + w * ux);
-    ctx.lineTo(bx + w * uy, by - w * ux);
-    ctx.closePath();
+  for (const { arrows } of all) {
+    for (let k = 0; k < arrows.length; k += 4) {
+      const ux = ARROW * arrows[k + 2];
+      const uy = ARROW * arrows[k + 3];
+      const x = arrows[k] - ux;
+      const y = arrows[k + 1] - uy;
+      ctx.moveTo(arrows[k], arrows[k + 1]);
+      ctx.lineTo(x - 0.28 * uy, y + 0.28 * ux);
+      ctx.lineTo(x + 0.28 * uy, y - 0.28 * ux);
+      ctx.closePath();
+    }
   }
   ctx.fill();
   ctx.save();
@@ -60,10 +65,10 @@ export function drawDimensions(ctx, all, colour, back, dash = []) {
   ctx.restore();
 }
 
-/** @param {CanvasRenderingContext2D} ctx @param {import("./lines.js").Four[]} all */
-function segments(ctx, all) {
-  for (const [x1, y1, x2, y2] of all) {
-    ctx.moveTo(x1, y1);
-    ctx.lineTo(x2, y2);
+/** @param {CanvasRenderingContext2D} ctx @param {number[]} lines */
+function segments(ctx, lines) {
+  for (let k = 0; k < lines.length; k += 4) {
+    ctx.moveTo(lines[k], lines[k + 1]);
+    ctx.lineTo(lines[k + 2], lines[k + 3]);
   }
 }

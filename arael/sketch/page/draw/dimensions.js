@@ -95,7 +95,7 @@ function radial(pen, d, text) {
   const centre = pen.view.toScreen([c.cx, c.cy]);
   const opposite = pen.view.toScreen(conicPoint(c, angle + Math.PI));
   const drawn = leader(pen, d, text, tip, unit(sub(tip, centre)), d.kind === "diameter" ? opposite : centre);
-  if (d.kind === "diameter") drawn.arrows.push([...opposite, ...unit(sub(opposite, centre))]);
+  if (d.kind === "diameter") drawn.arrows.push(...opposite, ...unit(sub(opposite, centre)));
   drawn.placeAt = (screen) => {
     const p = pen.view.toWorld(screen);
     const out = dist(p, [c.cx, c.cy]) - dist(conicPoint(c, angle), [c.cx, c.cy]);
@@ -122,7 +122,7 @@ function sweep(pen, d, text) {
     const edge = pen.view.toScreen(conicPoint(c, angle));
     const u = unit(sub(edge, pen.view.toScreen([c.cx, c.cy])));
     const far = away + 4;
-    drawn.thin.push([edge[0] + 4 * u[0], edge[1] + 4 * u[1], edge[0] + far * u[0], edge[1] + far * u[1]]);
+    drawn.thin.push(edge[0] + 4 * u[0], edge[1] + 4 * u[1], edge[0] + far * u[0], edge[1] + far * u[1]);
   }
   drawn.placeAt = placedRound(pen, [c.cx, c.cy], c.start + c.turn, c.sweep, c.rx);
   return drawn;
@@ -176,7 +176,7 @@ function xangle(pen, d, text) {
   const radius = arcRadius(pen, d, far);
   const drawn = angular(pen, d, text, at, 0, turn, radius);
   const [x, y] = pen.view.toScreen(at);
-  drawn.thin.push([x, y, x + radius + 14, y]);
+  drawn.thin.push(x, y, x + radius + 14, y);
   drawn.placeAt = placedRound(pen, at, 0, turn, 0);
   return drawn;
 }

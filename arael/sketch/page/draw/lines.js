@@ -5,14 +5,13 @@ import { angleOf, dot, left, mix } from "../geometry/vectors.js";
 /**
  * @typedef {import("../types.js").Point} Point
  * @typedef {import("../types.js").Dimension} Dimension
- * @typedef {[number, number, number, number]} Four
  *
  * @typedef {object} Drawn  a dimension in pixels
  * @property {string} name
- * @property {Four[]} lines
- * @property {Four[]} thin  extension lines
+ * @property {number[]} lines  x, y, x, y of each
+ * @property {number[]} thin  extension lines
  * @property {[number, number, number, number, number][]} arcs  centre, radius, start and sweep on the screen
- * @property {Four[]} arrows  tip and direction
+ * @property {number[]} arrows  tip and direction: x, y, x, y of each
  * @property {{x: number, y: number, angle: number, text: string}} text
  * @property {number} half  half the width of the text
  * @property {(screen: Point) => {offset?: number, along?: number}} placeAt  `dim_pos` of a place of the text
@@ -46,7 +45,7 @@ function empty(pen, d, text) {
  */
 export function linear(pen, d, text, a, b, heading) {
   const drawn = empty(pen, d, text);
-  const { view } = pen;
+  const { view, places } = pen;
   const n = left(heading);
   const [u, v] = [dot(a, n), dot(b, n)];
   const [s, t] = [dot(a, heading), dot(b, heading)];
@@ -69,14 +68,14 @@ export function linear(pen, d, text, a, b, heading) {
     view.toScreen([s * heading[0] + level * n[0], s * heading[1] + level * n[1]]),
     view.toScreen([t * heading[0] + level * n[0], t * heading[1] + level * n[1]]),
   ];
-  const [level, at] = firstFree(slides, levels, textAt, (p, one) => pen.places.isFree(p[0], p[1], w, h, lineAt(one)));
-  pen.places.take(at[0], at[1], w, h, d.name);
+  const [level, at] = firstFree(slides, levels, textAt, (p, one) => places.isFree(p[0], p[1], w, h, () => lineAt(one)));
+  places.take(at[0], at[1], w, h, d.name);
   const [p, q] = lineAt(level);
   extension(drawn, view.toScreen(a), p);
   extension(drawn, view.toScreen(b), q);
   arrowed(drawn, p, q);
-  for (const [x1, y1, x2, y2] of drawn.thin) takeLine(pen, [x1, y1], [x2, y2]);
-  takeLine(pen, p, q);
+  places.takeLines(drawn.thin);
+  places.takeLines([p[0], p[1], q[0], q[1]]);
   drawn.text = { x: at[0], y: at[1], angle: -upright, text };
   drawn.placeAt = (screen) => {
     const [x, y] = view.toWorld(screen);
@@ -105,41 +104,32 @@ function firstFree(slides, levels, place, isFree) {
 
 /** @param {number} u @param {number} v @param {number} side @param {number} scale */
 function automaticLevels(u, v, side, scale) {
-  return [side, -side].flatMap((s) =>
-    [0, 1, 2, 3].map((k) => (s > 0 ? Math.max(u, v) : Math.min(u, v)) + (s * (FIRST + k * NEXT)) / scale),
-  );
+  const levels = [];
+  for (const s of [side, -side]) {
+    for (let k = 0; k < 4; k++) levels.push((s > 0 ? Math.max(u, v) : Math.min(u, v)) + (s * (FIRST + k * NEXT)) / scale);
+  }
+  return levels;
 }
 
 /** @param {Drawn} drawn @param {Point} from @param {Point} to */
 function extension(drawn, from, to) {
   const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
   if (length <= 6) return;
-  const [ux, uy] = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
-  drawn.thin.push([from[0] + 4 * ux, from[1] + 4 * uy, to[0] + 4 * ux, to[1] + 4 * uy]);
-}
-
-/** Badges, and texts of other dimensions, keep off a line. @param {Pen} pen @param {Point} p @param {Point} q */
-function takeLine(pen, p, q) {
-  const count = Math.min(Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / 16), 100);
-  for (let i = 1; i < count; i++) {
-    const [x, y] = mix(p, q, i / count);
-    pen.places.take(x, y, 3, 3);
-  }
+  const x = (4 * (to[0] - from[0])) / length;
+  const y = (4 * (to[1] - from[1])) / length;
+  drawn.thin.push(from[0] + x, from[1] + y, to[0] + x, to[1] + y);
 }
 
 /** @param {Drawn} drawn @param {Point} p @param {Point} q */
 function arrowed(drawn, p, q) {
   const length = Math.hypot(q[0] - p[0], q[1] - p[1]);
   if (length < 1e-6) return;
-  const [ux, uy] = [(q[0] - p[0]) / length, (q[1] - p[1]) / length];
-  if (length >= 3 * ARROW) {
-    drawn.lines.push([...p, ...q]);
-    drawn.arrows.push([...p, -ux, -uy], [...q, ux, uy]);
-  } else {
-    const out = 2 * ARROW;
-    drawn.lines.push([p[0] - out * ux, p[1] - out * uy, q[0] + out * ux, q[1] + out * uy]);
-    drawn.arrows.push([...p, ux, uy], [...q, -ux, -uy]);
-  }
+  const inside = length >= 3 * ARROW;
+  const x = (inside ? 1 : -1) * (q[0] - p[0]) / length;
+  const y = (inside ? 1 : -1) * (q[1] - p[1]) / length;
+  const out = inside ? 0 : 2 * ARROW;
+  drawn.lines = [p[0] + out * x, p[1] + out * y, q[0] - out * x, q[1] - out * y];
+  drawn.arrows = [p[0], p[1], -x, -y, q[0], q[1], x, y];
 }
 
 /**
@@ -169,7 +159,7 @@ export function angular(pen, d, text, centre, start, sweep, radius) {
     for (const [angle, sign] of [[start, -turn], [start + sweep, turn]]) {
       const inner = angle - sign * bend;
       const tip = [cx + r * Math.cos(angle), cy - r * Math.sin(angle)];
-      drawn.arrows.push([tip[0], tip[1], -sign * Math.sin(inner), -sign * Math.cos(inner)]);
+      drawn.arrows.push(tip[0], tip[1], -sign * Math.sin(inner), -sign * Math.cos(inner));
     }
   }
   drawn.text = { x, y, angle: 0, text };
@@ -196,9 +186,9 @@ export function leader(pen, d, text, tip, heading, tail) {
   pen.places.take(x, y, half, HALF_HEIGHT, d.name);
   /** @type {Point} */
   const end = [tip[0] + length * heading[0], tip[1] + length * heading[1]];
-  drawn.lines.push([...tail, ...end]);
-  takeLine(pen, tail, end);
-  drawn.arrows.push([tip[0], tip[1], -heading[0], -heading[1]]);
+  drawn.lines.push(...tail, ...end);
+  pen.places.takeLines(drawn.lines);
+  drawn.arrows.push(tip[0], tip[1], -heading[0], -heading[1]);
   drawn.text = { x, y, angle: 0, text };
   return drawn;
 }

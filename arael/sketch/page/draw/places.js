@@ -31,11 +31,11 @@ export class Places {
    * Whether a rectangle of half sizes w, h overlaps none that is taken, and a line that goes with it passes
    * through no text or badge.
    * @param {number} x @param {number} y @param {number} w @param {number} h
-   * @param {[Point, Point]} [line]
+   * @param {() => [Point, Point]} [line]
    */
   isFree(x, y, w, h, line) {
     this._asked++;
-    this._free = this._isFree(x, y, w, h) && !(line && this._passesThrough(...line));
+    this._free = this._isFree(x, y, w, h) && !(line && this._passesThrough(...line()));
     return this._free;
   }
 
@@ -70,6 +70,15 @@ export class Places {
       const cell = this._cells.get(key);
       if (cell) cell.push(taken);
       else this._cells.set(key, [taken]);
+    }
+  }
+
+  /** Badges, and texts of other dimensions, keep off lines. @param {number[]} lines  x, y, x, y of each */
+  takeLines(lines) {
+    for (let k = 0; k < lines.length; k += 4) {
+      const [x1, y1, x2, y2] = lines.slice(k, k + 4);
+      const count = Math.min(Math.ceil(Math.hypot(x2 - x1, y2 - y1) / 16), 100);
+      for (let i = 1; i < count; i++) this.take(x1 + (i / count) * (x2 - x1), y1 + (i / count) * (y2 - y1), 3, 3);
     }
   }
 
@@ -127,6 +136,9 @@ export class SamePlaces extends Places {
 
   /** @override */
   take() {}
+
+  /** @override */
+  takeLines() {}
 }
 
 /** @param {number} x @param {number} y @param {number} w @param {number} h */

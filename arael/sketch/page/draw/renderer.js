@@ -9,6 +9,7 @@ import { Batches } from "./batches.js";
 import { drawsBySoftware, livelyLayer, show, stillLayer } from "./layers.js";
 import { drawOverlay, hasOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
+import { rehearsal } from "./rehearsal.js";
 import { Sheet } from "./sheet.js";
 import { Swept } from "./swept.js";
 
@@ -50,6 +51,9 @@ export class Renderer extends EventTarget {
     this._sheet = null;
     // the page is there first: to ask takes 30 ms
     setTimeout(() => (this._sheet = drawsBySoftware() ? new Sheet() : null), 300);
+    /** @type {CanvasRenderingContext2D|null} */
+    this._unseen = null;
+    this._rehearse = rehearsal(() => this._drawUnseen());
     this._dirty = { ground: true, moving: true, overlay: true };
     this._request = 0;
     /** @type {Point|null} */
@@ -208,31 +212,55 @@ export class Renderer extends EventTarget {
     annotations.draw(ctx, palette, annotations.still);
     drawScaleBar(ctx, app.view, palette, app.store.unit);
     this.ground.done();
+    this._rehearse();
   }
 
   _paintMoving() {
-    const { app: { store, view, shown }, palette, annotations, ratio, _swept: swept } = this;
-    const { canvas, ctx } = this.moving;
+    const { app: { store, view, shown }, ratio, _swept: swept } = this;
+    const { ctx } = this.moving;
     const moves = this._moved.size > 0;
     swept.begin(view.width, view.height, ratio);
     show(this.moving, moves);
     const batches = moves && (this._movingBatches ??= new Batches(store, (entity) => this._moved.has(entity.name), shown));
-    const sheet = batches && batches.byHand(view, ratio) < MOST_BY_HAND ? this._sheet : null;
-    if (!sheet) {
+    if (batches) this._drawMoving(ctx, batches, swept);
+    else {
       ctx.resetTransform();
       swept.clear(ctx);
     }
-    if (!batches) return;
-    this._ready(ctx);
+  }
+
+  /** Draw in place of what was there before. @param {CanvasRenderingContext2D} ctx @param {Batches} batches @param {Swept} swept */
+  _drawMoving(ctx, batches, swept) {
+    const { app: { view }, palette, annotations, ratio, moving: { canvas } } = this;
+    const sheet = batches.byHand(view, ratio) < MOST_BY_HAND ? this._sheet : null;
     if (sheet) {
-      sheet.begin(canvas.width, canvas.height);
-      batches.drawByHand(ctx, view, palette, swept, sheet, ratio);
-    } else batches.draw(ctx, view, palette, swept);
+      this._ready(ctx);
+      sheet.begin(canvas.width, canvas.height, ratio);
+      batches.drawByHand(ctx, view, palette, swept, sheet);
+    } else {
+      ctx.resetTransform();
+      swept.clear(ctx);
+      this._ready(ctx);
+      batches.draw(ctx, view, palette, swept);
+    }
     const { movingCount } = annotations;
     if (!movingCount || movingCount > MOST_MOVING) return;
     const followed = annotations.follow(ctx);
     annotations.draw(ctx, palette, followed);
     swept.addShown(followed);
+  }
+
+  /** A frame of a drag that moves everything, where nobody sees it. */
+  _drawUnseen() {
+    const { app: { view }, annotations, _resting: batches } = this;
+    if (!batches || this._moved.size || this._request) return false;
+    this._unseen ??= /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
+    const swept = new Swept();
+    swept.begin(view.width, view.height, this.ratio);
+    annotations.split({ has: () => true });
+    this._drawMoving(this._unseen, batches, swept);
+    annotations.split(this._moved);
+    return true;
   }
 }
 

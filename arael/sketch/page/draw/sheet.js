@@ -11,11 +11,14 @@ import { STRIP } from "./swept.js";
 
 /** Two to this power: `STRIP`. */
 const SHIFT = 6;
+/** Pixels by which the ends of a line may differ that is drawn as upright or level. */
+const NEARLY = 0.02;
 
 export class Sheet {
   constructor() {
     this.width = 0;
     this.height = 0;
+    this.ratio = 1;
     this._pixels = new Int32Array(0);
     /** @type {ImageData[]} */
     this._strips = [];
@@ -23,8 +26,13 @@ export class Sheet {
     this._colours = new Map();
   }
 
-  /** Begin a drawing of this size, in pixels of the screen. @param {number} width @param {number} height */
-  begin(width, height) {
+  /**
+   * Begin a drawing of this size, in pixels of the screen.
+   * @param {number} width @param {number} height
+   * @param {number} ratio  of them for one of those that lines are given in
+   */
+  begin(width, height, ratio) {
+    this.ratio = ratio;
     if (width === this.width && height === this.height) return;
     const [size, count] = [STRIP * height, Math.ceil(width / STRIP)];
     [this.width, this.height] = [width, height];
@@ -41,28 +49,44 @@ export class Sheet {
       const ctx = /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(1, 1).getContext("2d"));
       ctx.fillStyle = colour;
       ctx.fillRect(0, 0, 1, 1);
-      found = dotsOf(ctx, 1)[2];
+      const [, , mixed, alpha] = dotsOf(ctx, 1);
+      found = mixed | (alpha << 24);
       this._colours.set(colour, found);
     }
     return found;
   }
 
   /**
-   * A straight line with square ends, like those of a canvas.
-   * @param {number} x1 @param {number} y1 @param {number} x2 @param {number} y2
+   * Straight lines with square ends, like those of a canvas.
+   * @param {Float64Array} ends  x, y, x, y of each
+   * @param {number} count
    * @param {number} width
    * @param {number} colour  of `colour`
    */
-  line(x1, y1, x2, y2, width, colour) {
-    const half = width / 2;
-    if (x1 !== x2 && y1 !== y2) return this._slanted(x1, y1, x2, y2, half, colour);
-    const [dx, dy] = x1 === x2 ? [half, 0] : [0, half];
-    this._box(Math.min(x1, x2) - dx, Math.min(y1, y2) - dy, Math.max(x1, x2) + dx, Math.max(y1, y2) + dy, colour);
+  lines(ends, count, width, colour) {
+    for (let i = 0; i < 4 * count; i += 4) {
+      const slanted = Math.abs(ends[i] - ends[i + 2]) > NEARLY && Math.abs(ends[i + 1] - ends[i + 3]) > NEARLY;
+      if (slanted) this._slanted(ends, i, width, colour);
+      else this._box(ends, i, width, colour);
+    }
   }
 
-  /** @param {number} left @param {number} top @param {number} right @param {number} bottom @param {number} colour */
-  _box(left, top, right, bottom, colour) {
-    const { height, _pixels: pixels } = this;
+  // Numbers with fractions are read from `ends` where they are needed: as arguments each is an object of its own.
+
+  /** @param {Float64Array} ends @param {number} i @param {number} width @param {number} colour */
+  _box(ends, i, width, colour) {
+    const { height, ratio, _pixels: pixels } = this;
+    const x1 = ratio * ends[i];
+    const y1 = ratio * ends[i + 1];
+    const x2 = ratio * ends[i + 2];
+    const y2 = ratio * ends[i + 3];
+    const isUpright = Math.abs(x1 - x2) < Math.abs(y1 - y2);
+    const dx = isUpright ? (ratio * width) / 2 : 0;
+    const dy = isUpright ? 0 : (ratio * width) / 2;
+    const left = Math.min(x1, x2) - dx;
+    const right = Math.max(x1, x2) + dx;
+    const top = Math.min(y1, y2) - dy;
+    const bottom = Math.max(y1, y2) + dy;
     const first = Math.max(Math.floor(left), 0);
     const end = Math.min(Math.ceil(right), this.width);
     const below = Math.min(Math.ceil(bottom), height);
@@ -70,17 +94,24 @@ export class Sheet {
       const tall = (y + 1 < bottom ? y + 1 : bottom) - (y > top ? y : top);
       for (let x = first; x < end; x++) {
         const wide = (x + 1 < right ? x + 1 : right) - (x > left ? x : left);
-        lay(pixels, placeOf(x, y, height), colour, wide * tall);
+        lay(pixels, placeOf(x, y, height), colour & 0xffffff, ((colour >>> 24) * wide * tall + 0.5) | 0);
       }
     }
   }
 
-  /** @param {number} x1 @param {number} y1 @param {number} x2 @param {number} y2 @param {number} half @param {number} colour */
-  _slanted(x1, y1, x2, y2, half, colour) {
-    const { width, height, _pixels: pixels } = this;
+  /** @param {Float64Array} ends @param {number} i @param {number} thick @param {number} colour */
+  _slanted(ends, i, thick, colour) {
+    const { width, height, ratio, _pixels: pixels } = this;
+    const x1 = ratio * ends[i];
+    const y1 = ratio * ends[i + 1];
+    const x2 = ratio * ends[i + 2];
+    const y2 = ratio * ends[i + 3];
+    const half = (ratio * thick) / 2;
     const long = Math.hypot(x2 - x1, y2 - y1);
-    const [ux, uy] = [(x2 - x1) / long, (y2 - y1) / long];
-    const [wide, tall] = [Math.abs(ux), Math.abs(uy)];
+    const ux = (x2 - x1) / long;
+    const uy = (y2 - y1) / long;
+    const wide = Math.abs(ux);
+    const tall = Math.abs(uy);
     const large = Math.max(wide, tall);
     const small = Math.min(wide, tall);
     // how far a pixel reaches from its middle, along the line as well as across it
@@ -99,7 +130,7 @@ export class Sheet {
         const along = dx * ux + dy * uy;
         const share = (inside(half - beside, large, small) + inside(half + beside, large, small) - 1) *
           (inside(along, large, small) + inside(long - along, large, small) - 1);
-        if (share > 0) lay(pixels, placeOf(x, y, height), colour, share);
+        if (share > 0) lay(pixels, placeOf(x, y, height), colour & 0xffffff, ((colour >>> 24) * share + 0.5) | 0);
       }
     }
   }
@@ -107,11 +138,11 @@ export class Sheet {
   /** A small image. @param {Int32Array} dots  of `dotsOf` @param {number} left @param {number} top */
   stamp(dots, left, top) {
     const { width, height, _pixels: pixels } = this;
-    for (let k = 0; k < dots.length; k += 3) {
+    for (let k = 0; k < dots.length; k += 4) {
       const x = left + dots[k];
       const y = top + dots[k + 1];
       if (x < 0 || y < 0 || x >= width || y >= height) continue;
-      lay(pixels, placeOf(x, y, height), dots[k + 2], 1);
+      lay(pixels, placeOf(x, y, height), dots[k + 2], dots[k + 3]);
     }
   }
 
@@ -131,10 +162,11 @@ export class Sheet {
   }
 }
 
-/** What is drawn on a small square canvas: place and pixel, x, y, pixel, ... @param {OffscreenCanvasRenderingContext2D} ctx @param {number} size */
+/** What is drawn on a small square canvas: place, colour and alpha, x, y, colour, alpha, ... @param {OffscreenCanvasRenderingContext2D} ctx @param {number} size */
 export function dotsOf(ctx, size) {
   const pixels = new Int32Array(ctx.getImageData(0, 0, size, size).data.buffer);
-  return Int32Array.from([...pixels].flatMap((pixel, k) => (pixel ? [k % size, Math.floor(k / size), pixel] : [])));
+  return Int32Array.from([...pixels].flatMap((pixel, k) =>
+    pixel ? [k % size, Math.floor(k / size), pixel & 0xffffff, pixel >>> 24] : []));
 }
 
 /** Where a pixel is. @param {number} x @param {number} y @param {number} height */
@@ -154,18 +186,17 @@ function inside(depth, large, small) {
   return depth < 0 ? outside : 1 - outside;
 }
 
-/** Lay a colour over a pixel. @param {Int32Array} pixels @param {number} at @param {number} colour @param {number} share  of the pixel */
-function lay(pixels, at, colour, share) {
+/** Lay a colour over a pixel; all are small integers, so that none becomes an object. @param {Int32Array} pixels @param {number} at @param {number} colour @param {number} alpha */
+function lay(pixels, at, colour, alpha) {
   const under = pixels[at];
-  const alpha = ((colour >>> 24) * share + 0.5) | 0;
   if (!under || alpha > 254) {
-    pixels[at] = (colour & 0xffffff) | (alpha << 24);
+    pixels[at] = colour | (alpha << 24);
     return;
   }
   const rest = ((under >>> 24) * (255 - alpha)) / 255;
   const sum = alpha + rest;
   let mixed = (sum + 0.5) << 24;
-  if (((under ^ colour) & 0xffffff) === 0) mixed |= colour & 0xffffff;
+  if (((under ^ colour) & 0xffffff) === 0) mixed |= colour;
   else if (alpha) {
     for (let k = 0; k < 24; k += 8) {
       mixed |= ((((colour >>> k) & 255) * alpha + ((under >>> k) & 255) * rest) / sum + 0.5) << k;

@@ -18,10 +18,11 @@ const stamps = new Map();
  * Lay marks of one look.
  * @param {import("./sheet.js").Sheet} sheet
  * @param {{shape: "ring"|"disc"|"square"|"diamond"|"cross", r: number, colour: string, back: string}} look
- * @param {number[]} places  x, y, x, y, ...
- * @param {number} ratio  pixels of the screen for one of these
+ * @param {Float64Array} places  x, y, x, y, twice the same
+ * @param {number} count
  */
-export function stampMarks(sheet, look, places, ratio) {
+export function stampMarks(sheet, look, places, count) {
+  const { ratio } = sheet;
   const { shape, r, colour, back } = look;
   // the tips of a diamond reach farthest
   const half = Math.ceil((r + 4) * ratio) + 1;
@@ -29,7 +30,7 @@ export function stampMarks(sheet, look, places, ratio) {
   if (stamps.size >= MOST) stamps.clear();
   const images = stamps.get(key) ?? [];
   stamps.set(key, images);
-  for (let i = 0; i < places.length; i += 2) {
+  for (let i = 0; i < 4 * count; i += 4) {
     const x = Math.round(STEPS * ratio * places[i]);
     const y = Math.round(STEPS * ratio * places[i + 1]);
     const left = Math.floor(x / STEPS);

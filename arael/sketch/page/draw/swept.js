@@ -46,14 +46,29 @@ export class Swept {
    * @param {number} [reach]  how far it may be drawn beside them
    */
   add(x1, y1, x2, y2, reach = REACH) {
-    const top = (y1 < y2 ? y1 : y2) - reach;
-    const bottom = (y1 < y2 ? y2 : y1) + reach;
+    this.addEach([x1, y1, x2, y2], 1, reach);
+  }
+
+  /**
+   * The same for each of several: x, y, x, y, ...
+   * @param {ArrayLike<number>} corners @param {number} count @param {number} [reach]
+   */
+  addEach(corners, count, reach = REACH) {
+    const { _tops: tops, _bottoms: bottoms } = this;
     const strip = STRIP / this._ratio;
-    const first = Math.max(Math.floor(((x1 < x2 ? x1 : x2) - reach) / strip), 0);
-    const last = Math.min(Math.floor(((x1 < x2 ? x2 : x1) + reach) / strip), this._tops.length - 1);
-    for (let i = first; i <= last; i++) {
-      if (top < this._tops[i]) this._tops[i] = top;
-      if (bottom > this._bottoms[i]) this._bottoms[i] = bottom;
+    for (let k = 0; k < 4 * count; k += 4) {
+      const x1 = corners[k];
+      const y1 = corners[k + 1];
+      const x2 = corners[k + 2];
+      const y2 = corners[k + 3];
+      const top = (y1 < y2 ? y1 : y2) - reach;
+      const bottom = (y1 < y2 ? y2 : y1) + reach;
+      const first = Math.max(Math.floor(((x1 < x2 ? x1 : x2) - reach) / strip), 0);
+      const last = Math.min(Math.floor(((x1 < x2 ? x2 : x1) + reach) / strip), tops.length - 1);
+      for (let i = first; i <= last; i++) {
+        if (top < tops[i]) tops[i] = top;
+        if (bottom > bottoms[i]) bottoms[i] = bottom;
+      }
     }
   }
 
@@ -66,8 +81,7 @@ export class Swept {
   /** Dimensions and badges are drawn. @param {import("./annotations.js").Shown} shown */
   addShown({ dimensions, glyphs }) {
     for (const { lines, thin, arcs, text, half } of dimensions) {
-      for (const [x1, y1, x2, y2] of lines) this.add(x1, y1, x2, y2);
-      for (const [x1, y1, x2, y2] of thin) this.add(x1, y1, x2, y2);
+      for (const all of [lines, thin]) this.addEach(all, all.length / 4);
       for (const [x, y, r] of arcs) this.add(x - r, y - r, x + r, y + r);
       // a text may be turned
       this.add(text.x - half, text.y - half, text.x + half, text.y + half);

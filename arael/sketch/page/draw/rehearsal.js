@@ -1,0 +1,33 @@
+/**
+ * What draws a drag is compiled by the browser while its first frames are drawn, which take several times as
+ * long as those after them. It is done before, when the page has nothing else to do.
+ */
+
+/** Frames after which the browser has compiled what it will. */
+const FRAMES = 60;
+/** Milliseconds that the page has to have left for a frame. */
+const ENOUGH = 8;
+
+/**
+ * @param {() => boolean} draw  a frame that nobody sees; false: not now
+ * @returns {() => void}  asks for the frames that are still to be drawn
+ */
+export function rehearsal(draw) {
+  let left = FRAMES;
+  let waits = false;
+  /** @param {IdleDeadline} idle */
+  const go = (idle) => {
+    waits = false;
+    while (left && idle.timeRemaining() > ENOUGH) {
+      if (!draw()) return;
+      left--;
+    }
+    ask();
+  };
+  const ask = () => {
+    if (!left || waits || !window.requestIdleCallback) return;
+    waits = true;
+    requestIdleCallback(go);
+  };
+  return ask;
+}
