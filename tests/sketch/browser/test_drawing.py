@@ -369,7 +369,7 @@ def test_a_drag_is_rehearsed_where_nobody_sees_it(page: Any) -> None:
         "add_rect 0,0 20,12 hv",
         "add_circle 34,6 5",
         "length L0 20",
-        "hdistance L0.p2 C0.center 14",
+        "radius A0 5",
     )
     page.evaluate("app.fit()")
     wait(page, "!app.renderer.pending && app.renderer._unseen !== null")
