@@ -177,13 +177,13 @@ def frames(count: int, moves: int, by_mouse: bool = False) -> Frames:
 
 def _by_mouse(page: Any, script: str, drag: list[Any]) -> dict[str, Any]:
     """Move the mouse of the browser, one event per `PERIOD` at most."""
-    begin = f"(a) => {{ {script}\nwindow.taken = {{ recorded, places }}; return places(...a); }}"
+    begin = f"(a) => {{ {script}\nwindow.taken = recorded(); return places(...a); }}"
     first, second, *rest = page.evaluate(begin, drag)
     page.mouse.move(*first)
     page.mouse.down()
     page.mouse.move(*second)
     page.wait_for_timeout(1500)
-    page.evaluate("() => { window.taken = taken.recorded(); }")
+    page.evaluate("taken.clear()")
     for at in rest:
         began = time.perf_counter()
         page.mouse.move(*at)

@@ -63,6 +63,7 @@ cdef class Levels(LowerLevels):
     cdef readonly double pivot_tolerance
     cdef object _key, _touched, _low, _high, _own
     cdef object _soft_keep, _soft_key
+    cdef object _cursor             # rows of the last drag
     cdef bint _shared               # whether others withdraw requests to break off
 
     def __init__(
@@ -115,7 +116,8 @@ cdef class Levels(LowerLevels):
         )
         self.prepare(factor, self.limit)
         self._own = {
-            "touched": np.arange(factor.components, dtype=np.int32), "start": np.zeros(n),
+            "touched": np.arange(factor.components, dtype=np.int32),
+            "start": np.zeros(n), "home": np.zeros(n),
         }
         self._soft_key = self._touched = None
         self._key = (
@@ -346,7 +348,9 @@ cdef class Levels(LowerLevels):
         tolerance, fixed, active, basic, low, high
             As in `solve`.
         """
-        rows = CursorRows(self.rows.n, at, target)
+        rows = self._cursor
+        if rows is None or rows.n != self.rows.n or not rows.aim(at, target):
+            rows = self._cursor = CursorRows(self.rows.n, at, target)
         self.deadline = INFINITY if seconds is None else clock() + <double>seconds
         try:
             return self._lower(
@@ -361,18 +365,21 @@ cdef class Levels(LowerLevels):
     ):
         self._begin(x, tolerance, fixed, active, basic, low, high)
         n = self.rows.n
-        least = float(np.min(tolerance))
-        self.soft_tolerance = least if soft_tolerance is None else soft_tolerance
+        if soft_tolerance is None:
+            soft_tolerance = self._tightest() if self.rows.m else float(np.min(tolerance))
+        self.soft_tolerance = soft_tolerance
         self._soft_workspace(soft)
         parts = self._soft_keep["live"]
-        start = x.copy()
-        cdef const double* towards = NULL
+        cdef double* at = <double*>writable(x, np.float64, n)
+        cdef double* start = <double*>writable(self._own["start"], np.float64)
+        cdef double* towards = NULL
+        memcpy(start, at, self.rows.n * sizeof(double))
         if home is not None:
-            home = np.array(home, dtype=np.float64)
+            home = np.ascontiguousarray(home, dtype=np.float64)
             if home.shape != (n,):
                 raise ValueError(f"expected a home of {n} unknowns, found {home.shape}")
-            towards = <const double*>address(home, np.float64)
-        cdef double* at = <double*>writable(x, np.float64, n)
+            towards = <double*>writable(self._own["home"], np.float64)
+            memcpy(towards, address(home, np.float64), self.rows.n * sizeof(double))
         cdef Py_ssize_t j
         cdef bint converged = True, exact = True
         cdef double f2 = 0.0, f3 = 0.0
@@ -400,7 +407,7 @@ cdef class Levels(LowerLevels):
                         self.part[self.live[j]].status = SOLVED
         more = {"soft": f2, "distance": f3, "converged": bool(converged and exact)}
         if self.stopped or not exact:
-            x[:] = start
+            memcpy(at, start, self.rows.n * sizeof(double))
             for j in range(self.live_count):
                 self.part[self.live[j]].factored = False
             if self.stopped and exact:
@@ -410,8 +417,10 @@ cdef class Levels(LowerLevels):
     def _soft_workspace(self, Rows soft):
         """Workspaces for soft rows, and what they move; kept while their pattern is."""
         self.target = soft
-        indices = _pattern(soft)[1]
         key = self._soft_key
+        if key is not None and key[0] is self._key and key[3] is soft is self._cursor:
+            return  # a cursor keeps its unknowns
+        indices = _pattern(soft)[1]
         if key is not None and key[0] is self._key and key[1] == soft.m and (
             np.array_equal(key[2], indices)
         ):
@@ -453,7 +462,15 @@ cdef class Levels(LowerLevels):
         self.toward = <double*>writable(keep["toward"], np.float64)
         self.before = <double*>writable(keep["before"], np.float64)
         self.sign = <double*>writable(keep["signs"], np.float64)
-        self._soft_key = self._key, soft.m, indices.copy()
+        self._soft_key = self._key, soft.m, indices.copy(), soft
+
+    cdef double _tightest(self) noexcept:
+        """The smallest tolerance of a row."""
+        cdef double found = self.tolerance[0]
+        cdef Py_ssize_t i
+        for i in range(1, self.rows.m):
+            found = min(found, self.tolerance[i])
+        return found
 
 
 cdef bint _copy_positive(given, double* to, Py_ssize_t size) except *:

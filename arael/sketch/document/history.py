@@ -84,7 +84,7 @@ class Transaction:
         if (
             isinstance(first, ValuesChange)
             and isinstance(last, ValuesChange)
-            and np.array_equal(first.offsets, last.offsets)
+            and first.offsets.tobytes() == last.offsets.tobytes()
         ):
             self.changes[-2:] = [ValuesChange(first.offsets, first.old, last.new)]
 

@@ -24,6 +24,7 @@ MAX_MESSAGE = 64 * 1024 * 1024
 
 _HEAD = struct.Struct("<IIII")
 _PLACE = struct.Struct("<dd")
+_OFFSET, _NUMBER = np.dtype("<u4"), np.dtype("<f8")
 
 
 def _plain(value: Any) -> Any:
@@ -69,9 +70,9 @@ def frame_message(
     return b"".join(
         (
             _HEAD.pack(FRAME, sequence & 0xFFFFFFFF, count, revision & 0xFFFFFFFF),
-            offsets.astype("<u4").tobytes(),
+            offsets.astype(_OFFSET).tobytes(),
             padding,
-            numbers.astype("<f8").tobytes(),
+            numbers.astype(_NUMBER, copy=False).tobytes(),
         )
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import replace
@@ -563,12 +564,14 @@ class Drag:
         layout.renew_sides()
         self.began = layout.document.values.copy()
         self.points = np.asarray(at, dtype=np.int64).ravel()
-        self._offsets = np.column_stack([self.points, self.points + 1])
-        self._places = self.began[self._offsets]
+        self._offsets = np.column_stack([self.points, self.points + 1]).ravel()
+        self._places = self.began[self._offsets].reshape(-1, 2)
 
     def shift(self, dx: float, dy: float, seconds: float | None = None) -> Outcome:
         """All points to where they were when the drag began, moved by a vector."""
-        return self.move(self._places + np.array([dx, dy]), seconds)
+        if not (math.isfinite(dx) and math.isfinite(dy)):
+            raise ValueError(f"expected a finite vector, found {dx}, {dy}")
+        return self.pull(self._offsets, (self._places + (dx, dy)).ravel(), seconds)
 
     def move(self, targets: ArrayLike, seconds: float | None = None) -> Outcome:
         """One frame: points as near to `targets`, (k, 2), as the equations let them.
@@ -584,7 +587,7 @@ class Drag:
         wanted = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
         if wanted.shape != (len(self.points), 2) or not np.isfinite(wanted).all():
             raise ValueError(f"expected {len(self.points)} finite places, found {wanted.shape}")
-        return self.pull(self._offsets.ravel(), wanted.ravel(), seconds)
+        return self.pull(self._offsets, wanted.ravel(), seconds)
 
     def pull(
         self, offsets: NDArray[np.int64], places: Array, seconds: float | None = None
