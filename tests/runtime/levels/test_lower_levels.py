@@ -43,6 +43,31 @@ def test_a_cursor_out_of_reach_stretches_the_chain_and_it_returns() -> None:
     np.testing.assert_allclose(x, home, atol=1e-9)
 
 
+def test_a_cursor_that_changes_its_unknowns_moves_what_a_new_one_would() -> None:
+    rows, home = chain(8)
+    x = home.copy()
+    kept = Levels(rows)
+    cursors = [[16, 17], [16, 17], [8, 9], [16, 17], [17, 16], [16], [16, 17, 8], [8, 9]]
+    for k, unknowns in enumerate(cursors):
+        at = np.array(unknowns, dtype=np.int64 if k % 3 else np.int32)
+        target = home[at] + 0.1 * (k + 1) * np.array([-1.0, 0.5, 0.25])[: len(at)]
+        fresh, expected = x.copy(), Levels(rows)
+        wanted = expected.drag(fresh, unknowns, target.tolist(), home)
+        found = kept.drag(x, at, target, home)
+        assert found.status == wanted.status == "solved"
+        assert found.soft == pytest.approx(wanted.soft, abs=1e-9)
+        np.testing.assert_allclose(x, fresh, atol=1e-9)
+
+
+def test_home_may_be_the_array_that_is_solved() -> None:
+    rows, home = chain(8)
+    one, other = home.copy(), home.copy()
+    target = home[16:] + [-2.0, 1.0]
+    Levels(rows).drag(one, [16, 17], target, one)
+    Levels(rows).drag(other, [16, 17], target, home)
+    np.testing.assert_array_equal(one, other)
+
+
 @pytest.mark.parametrize("distance", [0.1, 0.9, 3.0, 100.0])
 def test_a_point_on_a_circle_comes_closest_to_the_cursor(distance: float) -> None:
     rows = distances(1, [], [])
