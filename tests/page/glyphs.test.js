@@ -151,6 +151,57 @@ test("in a drag texts and badges move with what they belong to, on the side wher
   assert.deepEqual(x(after).map((one) => one.toFixed(6)), x(before).map((one) => (one + 3 * view.scale).toFixed(6)));
 });
 
+test("dimensions in a drag are where a new layout would put them", () => {
+  const { store, view } = scene([
+    ["L0", "line", [0, 0, 30, 0]], ["L1", "line", [30, 0, 30, 20]], ["A0", "arc", [50, 10, 55, 10, 50, 15, 5]],
+    ["A1", "circle", [70, 10, 6]], ["P0", "point", [10, 30]], ["B0", "bezier", [0, 40, 10, 50, 20, 30, 30, 40]],
+  ]);
+  const kinds = [
+    ["length", ["L0"]], ["length", ["L1"]], ["radius", ["A0"]], ["diameter", ["A1"]], ["sweep", ["A0"]], ["angle", ["L0", "L1"]],
+    ["hdistance", ["L0.p1", "P0"]], ["distance", ["A0.center", "A1.center"]], ["xangle", ["L1"]], ["total_length", ["B0"]], ["area", ["L0", "L1"]],
+  ];
+  for (const [i, [kind, args]] of kinds.entries()) {
+    store.dimensions.set(`d${i}`, { name: `d${i}`, kind, args, value: { text: "5", number: 5 }, derived: i % 2 === 0 });
+  }
+  view.scale = 7;
+  const annotations = new Annotations(store, view);
+  const { ctx } = context();
+  annotations.layout(ctx);
+  assert.equal(annotations.dimensions.length, kinds.length);
+  const all = new Set(store.entities.keys());
+  annotations.split(all);
+  const start = store.values.slice();
+  const [line, arc] = [store.entities.get("L0"), store.entities.get("A0")];
+  const round = (drawn) => JSON.parse(JSON.stringify(drawn, (_, one) => (typeof one === "number" ? Math.round(20 * one) : one)));
+  const check = (/** @type {string} */ what) => {
+    const kept = round(annotations.follow(ctx).dimensions);
+    annotations._moving.dimensions.forEach((one) => (one._drawn = null));
+    assert.deepEqual(kept, round(annotations.follow(ctx).dimensions), what);
+  };
+  check("where it was");
+  const moves = { // x and y of everything, then of one entity, then what has no place
+    "to the right": () => pairs(0, 1.25), "up": () => pairs(1, 0.5), "one end": () => (store.values[line.at + 2] += 1.5),
+    "one line": () => [0, 2].forEach((k) => (store.values[line.at + k] += 0.75)), "a radius": () => (store.values[arc.at + 6] += 0.5),
+    "a circle's": () => (store.values[store.entities.get("A1").at + 2] += 0.25), "back": () => store.values.set(start),
+  };
+  const pairs = (from, by) => {
+    for (const { at, kind, size } of store.entities.values()) {
+      for (let k = from; k < (kind === "arc" ? 6 : kind === "circle" ? 2 : size); k += 2) store.values[at + k] += by;
+    }
+  };
+  for (const [what, move] of Object.entries(moves)) {
+    annotations.follow(ctx);
+    move();
+    check(what);
+    pairs(1, 0.25);
+    annotations.follow(ctx);
+    pairs(0, 0.125);
+    annotations.follow(ctx);
+    pairs(1, -0.125);
+    check(`${what}, then up, to the right and down`);
+  }
+});
+
 test("what a drag does not move is laid out once", () => {
   const { annotations, ctx } = annotated();
   annotations.split(new Set(["L1"]));

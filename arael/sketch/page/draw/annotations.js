@@ -6,6 +6,7 @@ import { splitHandle } from "../geometry/handles.js";
 import { boxOfText } from "../geometry/lettering.js";
 import { drawDimensions, TEXT } from "./dimension_marks.js";
 import { layoutDimension, measured } from "./dimensions.js";
+import { Follower } from "./follower.js";
 import { drawGlyph, layoutGlyphs } from "./glyphs.js";
 import { EDGES } from "./palette.js";
 import { Places, SamePlaces } from "./places.js";
@@ -41,7 +42,7 @@ export class Annotations {
     this.shown = { dimensions: true, glyphs: true };
     /** What a drag leaves where it is. @type {Shown} */
     this.still = { dimensions: [], glyphs: [] };
-    /** Records of what is shown and moves in a drag. @type {{dimensions: Dimension[], constraints: Constraint[]}} */
+    /** What is shown and moves in a drag. @type {{dimensions: Follower[], constraints: Constraint[]}} */
     this._moving = { dimensions: [], constraints: [] };
     /** Where each was laid out among its possible places. @type {Map<string, number>} */
     this._choices = new Map();
@@ -86,7 +87,8 @@ export class Annotations {
     // the ring of a coincidence is seen where something is to be said about it only
     const drawn = new Set(this.glyphs.filter((one) => !one.ring || this._state(one.name)).map((one) => one.name));
     const constraints = [...drawn].map((name) => store.constraints.get(name)).filter((one) => one !== undefined);
-    this._moving = { dimensions: dimensions.filter(moves), constraints: constraints.filter(moves) };
+    const followers = dimensions.filter(moves).map((one) => new Follower(store, one));
+    this._moving = { dimensions: followers, constraints: constraints.filter(moves) };
     this.still = {
       dimensions: this.dimensions.filter((one) => !moves(store.dimensions.get(one.name))),
       glyphs: this.glyphs.filter((one) => !moves(store.constraints.get(one.name))),
@@ -108,7 +110,8 @@ export class Annotations {
     const { dimensions, constraints } = this._moving;
     const places = new SamePlaces(this._choices);
     const pen = this._pen(ctx, places);
-    const drawn = dimensions.map((d) => this._layoutDimension(pen, d)).filter((one) => one !== null);
+    const drawn = dimensions.map((one) => one.drawn(view.scale, () => this._layoutDimension(pen, one.record)))
+      .filter((one) => one !== null);
     const always = new Set(constraints.map((one) => one.name));
     return { dimensions: drawn, glyphs: layoutGlyphs({ store, view, nudged }, places, always, constraints) };
   }
