@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import socket
 import subprocess
 import sys
 import time
@@ -23,12 +22,15 @@ _PAGE = Path(__file__).with_name("floor.html")
 _SIZE = {"width": 1280, "height": 800}
 
 
-def floor(moves: int, period: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def floor(
+    moves: int, period: float, paced: bool = False
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Milliseconds to the end of the rasterisation.
 
     Parameters
     ----------
     moves : of the mouse, one per `period` milliseconds at most
+    paced : exactly, whatever the browser does
 
     Returns
     -------
@@ -37,18 +39,25 @@ def floor(moves: int, period: float) -> tuple[NDArray[np.float64], NDArray[np.fl
     """
     from playwright.sync_api import sync_playwright
 
-    port = _free_port()
+    from benchmarks.sketch.mouse import free_port, move
+
+    port, protocol = free_port(), free_port()
     server = subprocess.Popen([sys.executable, "-m", "benchmarks.sketch.floor", str(port)])
     try:
         with sync_playwright() as playwright:
             chromium = os.environ.get("ARAEL_CHROMIUM") or shutil.which("chromium")
-            browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+            options = ["--no-sandbox", f"--remote-debugging-port={protocol}"]
+            browser = playwright.chromium.launch(executable_path=chromium, args=options)
             page = browser.new_page(viewport=_SIZE)
             _open(page, f"http://127.0.0.1:{port}/")
-            for i in range(moves):
-                began = time.perf_counter()
-                page.mouse.move(100 + i % 1000, 200 + i % 50)
-                time.sleep(max(period / 1e3 - (time.perf_counter() - began), 0.0))
+            places = [(100.0 + i % 1000, 200.0 + i % 50) for i in range(moves)]
+            if paced:
+                move(protocol, places, period, pressed=False)
+            else:
+                for at in places:
+                    began = time.perf_counter()
+                    page.mouse.move(*at)
+                    time.sleep(max(period / 1e3 - (time.perf_counter() - began), 0.0))
             page.wait_for_timeout(300)
             found = np.array(page.evaluate("taken"), dtype=np.float64)
             browser.close()
@@ -71,12 +80,6 @@ def _open(page: Any, address: str) -> None:
             time.sleep(0.1)
     page.wait_for_function("window.ready")
     page.wait_for_timeout(500)
-
-
-def _free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
 
 
 def _serve(port: int) -> None:

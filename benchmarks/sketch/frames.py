@@ -3,11 +3,13 @@
 A chain of rectangles, corner to corner: coincident ends, horizontal and vertical sides, a width
 each; the heights are free. The corner at one end is dragged on ellipses, to the side on which its
 rectangle grows: the whole chain moves in every frame, and no rectangle would turn over, which the
-solver refuses. Moves of the mouse are made in two ways, at most one per `PERIOD`:
+solver refuses. Moves of the mouse are made in three ways, at most one per `PERIOD`:
 
 - *page*: the event is dispatched in the page, the next one as soon as the frame is on the canvas;
-- *mouse*: through the browser's input, as from a mouse; the time begins with the event's own stamp,
-  so that it includes what the browser waits before it hands the event to the page.
+- *mouse*: through the browser's input, the next one when the page has handled the one before; the
+  time begins with the event's own stamp, so that it includes what the browser waits before it hands
+  the event to the page;
+- *paced*: the same, but one every `PERIOD` whatever the browser does, as of a mouse (`mouse.py`).
 
 Reading a pixel back forces the rasterisation, whose end is that of a frame. Times *from the
 message* begin when the page sends the message of the mouse: without what the browser takes to hand
@@ -37,11 +39,13 @@ from arael.sketch.document.records import Amount, Constraint, Dimension
 from arael.sketch.document.saved import save
 from benchmarks.measure import table
 from benchmarks.sketch.floor import floor
+from benchmarks.sketch.mouse import free_port, move
 from benchmarks.systems import Plan
 
 PER_RECTANGLE = 10
 PERIOD = 8.0
 """Milliseconds between moves of the mouse: 125 a second."""
+WAYS = ("page", "mouse", "paced")
 WANTED = {500: "p99 4 ms", 10_000: "p95 16.7 ms"}
 
 _SERVER = Path(__file__).with_name("timed_server.py")
@@ -134,8 +138,11 @@ def _goes_up(i: int) -> bool:
 
 
 @contextmanager
-def _page(file: Path, log: Path) -> Iterator[Any]:
-    """The editor on a file in Chromium; the server's times are in `log` afterwards."""
+def _page(file: Path, log: Path, port: int) -> Iterator[Any]:
+    """The editor on a file in Chromium, whose protocol has a port.
+
+    The server's times are in `log` afterwards.
+    """
     from playwright.sync_api import sync_playwright
 
     from tests.sketch.server.process import ServerProcess
@@ -144,7 +151,8 @@ def _page(file: Path, log: Path) -> Iterator[Any]:
     server = ServerProcess(file, folder=file.parent)
     server.command = [sys.executable, str(_SERVER), str(file), str(log)]
     with server, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        options = ["--no-sandbox", f"--remote-debugging-port={port}"]
+        browser = playwright.chromium.launch(executable_path=chromium, args=options)
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(server.address)
         # the page's policy forbids `wait_for_function`
@@ -157,26 +165,27 @@ def _page(file: Path, log: Path) -> Iterator[Any]:
         browser.close()
 
 
-def frames(count: int, moves: int, by_mouse: bool = False) -> Frames:
-    """Drag a chain of about `count` constraints; `by_mouse` as the module says."""
+def frames(count: int, moves: int, way: str = "page") -> Frames:
+    """Drag a chain of about `count` constraints; `way`: one of `WAYS`, as the module says."""
     with tempfile.TemporaryDirectory() as folder:
         file, log = Path(folder) / "chain.json", Path(folder) / "times.json"
         save(chain(count), file)
         last = max(count // PER_RECTANGLE, 1) - 1
         drag = [f"L{4 * last + 2}.p1", moves, _goes_up(last)]
         script = _SCRIPT.read_text()
-        with _page(file, log) as page:
-            if by_mouse:
-                found = _by_mouse(page, script, drag)
+        port = free_port()
+        with _page(file, log, port) as page:
+            if way != "page":
+                found = _by_mouse(page, script, drag, port if way == "paced" else 0)
             else:
                 call = f"(a) => {{ {script}\nreturn dispatched(...a); }}"
                 found = page.evaluate(call, [*drag, PERIOD])
         there = {int(key): one for key, one in json.loads(log.read_text()).items()}
-    return _joined(dict(found["records"]), there, found["moved"], by_mouse)
+    return _joined(dict(found["records"]), there, found["moved"], way != "page")
 
 
-def _by_mouse(page: Any, script: str, drag: list[Any]) -> dict[str, Any]:
-    """Move the mouse of the browser, one event per `PERIOD` at most."""
+def _by_mouse(page: Any, script: str, drag: list[Any], port: int) -> dict[str, Any]:
+    """Move the mouse of the browser, one event per `PERIOD`: at most, or by a port exactly."""
     begin = f"(a) => {{ {script}\nwindow.taken = recorded(); return places(...a); }}"
     first, second, *rest = page.evaluate(begin, drag)
     page.mouse.move(*first)
@@ -184,10 +193,13 @@ def _by_mouse(page: Any, script: str, drag: list[Any]) -> dict[str, Any]:
     page.mouse.move(*second)
     page.wait_for_timeout(1500)
     page.evaluate("taken.clear()")
-    for at in rest:
-        began = time.perf_counter()
-        page.mouse.move(*at)
-        time.sleep(max(PERIOD / 1e3 - (time.perf_counter() - began), 0.0))
+    if port:
+        move(port, rest, PERIOD, pressed=True)
+    else:
+        for at in rest:
+            began = time.perf_counter()
+            page.mouse.move(*at)
+            time.sleep(max(PERIOD / 1e3 - (time.perf_counter() - began), 0.0))
     page.wait_for_timeout(300)
     found: dict[str, Any] = page.evaluate(
         "() => ({ records: [...taken], moved: app.renderer.movedCount })"
@@ -228,8 +240,8 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
     moves = 60 if plan.quick else 600
     rows, stages = [], []
     for count, wanted in WANTED.items():
-        for way in ("page", "mouse"):
-            found = frames(count, moves, way == "mouse")
+        for way in WAYS:
+            found = frames(count, moves, way)
             total = found.total
             late = int((total > 16.7).sum())
             rows.append(
@@ -244,13 +256,14 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
                     wanted,
                 ]
             )
-            stages += ["", f"{count:,}, {way}:", "", *_stages(found, way == "mouse")]
-    bare, bare_from_message = floor(moves, PERIOD)
-    late = int((bare > 16.7).sum())
-    quantiles = (*np.percentile(bare, [50, 95, 99]), bare.max())
-    shown = [f"{x:.1f}" for x in quantiles]
-    shown.append(_three(bare_from_message))
-    rows.append(["no editor", "mouse", "-", *shown, f"{late} of {len(bare)}", "-", "-"])
+            stages += ["", f"{count:,}, {way}:", "", *_stages(found, way != "page")]
+    for way in WAYS[1:]:
+        bare, bare_from_message = floor(moves, PERIOD, way == "paced")
+        late = int((bare > 16.7).sum())
+        quantiles = (*np.percentile(bare, [50, 95, 99]), bare.max())
+        shown = [f"{x:.1f}" for x in quantiles]
+        shown.append(_three(bare_from_message))
+        rows.append(["no editor", way, "-", *shown, f"{late} of {len(bare)}", "-", "-"])
     head = ["constraints", "moves by", "entities that move", "p50", "p95", "p99", "most"]
     head += ["from the message: p50, p95, p99", "later than 16.7 ms", "nothing moved", "wanted"]
     return [
