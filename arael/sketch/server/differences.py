@@ -94,7 +94,8 @@ def difference(old: Moment, new: Moment) -> Difference:
 def changed_offsets(old: NDArray[np.float64], new: NDArray[np.float64]) -> NDArray[np.int64]:
     """Offsets of numbers that are not bit by bit what they were, or are new."""
     same = min(len(old), len(new))
-    (moved,) = (old[:same].view(np.int64) != new[:same].view(np.int64)).nonzero()
+    differs = old[:same].view(np.int64) != new[:same].view(np.int64)
+    moved: NDArray[np.int64] = differs.nonzero()[0]
     if len(new) > same:
         moved = np.concatenate([moved, np.arange(same, len(new))])
     return moved

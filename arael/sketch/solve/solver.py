@@ -571,7 +571,7 @@ class Drag:
         """All points to where they were when the drag began, moved by a vector."""
         if not (math.isfinite(dx) and math.isfinite(dy)):
             raise ValueError(f"expected a finite vector, found {dx}, {dy}")
-        return self.pull(self._offsets, (self._places + (dx, dy)).ravel(), seconds)
+        return self.pull(self._offsets, (self._places + np.array([dx, dy])).ravel(), seconds)
 
     def move(self, targets: ArrayLike, seconds: float | None = None) -> Outcome:
         """One frame: points as near to `targets`, (k, 2), as the equations let them.

@@ -62,7 +62,7 @@ def test_a_cursor_that_changes_its_unknowns_moves_what_a_new_one_would() -> None
 def test_home_may_be_the_array_that_is_solved() -> None:
     rows, home = chain(8)
     one, other = home.copy(), home.copy()
-    target = home[16:] + [-2.0, 1.0]
+    target = home[16:] + np.array([-2.0, 1.0])
     Levels(rows).drag(one, [16, 17], target, one)
     Levels(rows).drag(other, [16, 17], target, home)
     np.testing.assert_array_equal(one, other)
