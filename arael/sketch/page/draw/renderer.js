@@ -49,11 +49,15 @@ export class Renderer extends EventTarget {
     this._swept = new Swept();
     /** Draws what moves by hand. @type {Sheet|null} */
     this._sheet = null;
-    // the page is there first: to ask takes 30 ms
-    setTimeout(() => (this._sheet = drawsBySoftware() ? new Sheet() : null), 300);
     /** @type {CanvasRenderingContext2D|null} */
     this._unseen = null;
-    this._rehearse = rehearsal(() => this._drawUnseen());
+    this._rehearse = () => {};
+    // the page is there first: to ask takes 30 ms
+    setTimeout(() => {
+      if (drawsBySoftware()) this._sheet = new Sheet();
+      this._rehearse = rehearsal(() => this._drawUnseen());
+      this._rehearse();
+    }, 300);
     this._dirty = { ground: true, moving: true, overlay: true };
     this._request = 0;
     /** @type {Point|null} */
