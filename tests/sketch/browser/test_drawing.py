@@ -363,7 +363,7 @@ def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page:
     assert page.evaluate(AS_IF_CLEARED) == [0, 0]
 
 
-def test_a_drag_is_rehearsed_where_nobody_sees_it(page: Any) -> None:
+def test_a_drag_is_rehearsed_off_the_screen(page: Any) -> None:
     run(
         page,
         "add_rect 0,0 20,12 hv",

@@ -9,7 +9,7 @@ const FRAMES = 60;
 const ENOUGH = 8;
 
 /**
- * @param {() => boolean} draw  a frame that nobody sees; false: not now
+ * @param {() => boolean} draw  a frame off the screen; false: not now
  * @returns {() => void}  asks for the frames that are still to be drawn
  */
 export function rehearsal(draw) {

@@ -254,7 +254,7 @@ export class Renderer extends EventTarget {
     swept.addShown(followed);
   }
 
-  /** A frame of a drag that moves everything, where nobody sees it. */
+  /** A frame of a drag that moves everything, off the screen. */
   _drawUnseen() {
     const { app: { view }, annotations, _resting: batches } = this;
     if (!batches || this._moved.size || this._request) return false;
