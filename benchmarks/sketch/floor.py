@@ -39,7 +39,7 @@ def floor(
     """
     from playwright.sync_api import sync_playwright
 
-    from benchmarks.sketch.mouse import free_port, move
+    from benchmarks.sketch.mouse import free_port, move, move_by_turns
 
     port, protocol = free_port(), free_port()
     server = subprocess.Popen([sys.executable, "-m", "benchmarks.sketch.floor", str(port)])
@@ -54,10 +54,7 @@ def floor(
             if paced:
                 move(protocol, places, period, pressed=False)
             else:
-                for at in places:
-                    began = time.perf_counter()
-                    page.mouse.move(*at)
-                    time.sleep(max(period / 1e3 - (time.perf_counter() - began), 0.0))
+                move_by_turns(page, places, period)
             page.wait_for_timeout(300)
             found = np.array(page.evaluate("taken"), dtype=np.float64)
             browser.close()

@@ -24,7 +24,6 @@ import os
 import shutil
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -39,7 +38,7 @@ from arael.sketch.document.records import Amount, Constraint, Dimension
 from arael.sketch.document.saved import save
 from benchmarks.measure import table
 from benchmarks.sketch.floor import floor
-from benchmarks.sketch.mouse import free_port, move
+from benchmarks.sketch.mouse import free_port, move, move_by_turns
 from benchmarks.systems import Plan
 
 PER_RECTANGLE = 10
@@ -196,10 +195,7 @@ def _by_mouse(page: Any, script: str, drag: list[Any], port: int) -> dict[str, A
     if port:
         move(port, rest, PERIOD, pressed=True)
     else:
-        for at in rest:
-            began = time.perf_counter()
-            page.mouse.move(*at)
-            time.sleep(max(PERIOD / 1e3 - (time.perf_counter() - began), 0.0))
+        move_by_turns(page, rest, PERIOD)
     page.wait_for_timeout(300)
     found: dict[str, Any] = page.evaluate(
         "() => ({ records: [...taken], moved: app.renderer.movedCount })"

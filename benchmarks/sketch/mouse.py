@@ -13,6 +13,7 @@ import socket
 import time
 import urllib.request
 from collections.abc import Sequence
+from typing import Any
 
 
 def free_port() -> int:
@@ -20,6 +21,19 @@ def free_port() -> int:
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         return int(one.getsockname()[1])
+
+
+def move_by_turns(page: Any, places: Sequence[tuple[float, float]], period: float) -> None:
+    """Move the mouse of a page of Playwright, the next time when it has handled the one before.
+
+    Parameters
+    ----------
+    period : milliseconds from one move to the next, at least
+    """
+    for at in places:
+        began = time.perf_counter()
+        page.mouse.move(*at)
+        time.sleep(max(period / 1e3 - (time.perf_counter() - began), 0.0))
 
 
 def move(port: int, places: Sequence[tuple[float, float]], period: float, pressed: bool) -> None:

@@ -54,6 +54,19 @@ test("when it cannot be drawn it waits until it is asked again", () => {
   assert.equal(drawn, 10);
 });
 
+test("a frame that takes long is the last one", () => {
+  let drawn = 0;
+  const ask = rehearsal(() => {
+    const end = performance.now() + 60;
+    while (performance.now() < end);
+    return ++drawn > 0;
+  });
+  ask();
+  idle(10);
+  ask();
+  assert.deepEqual([drawn, waiting.length], [1, 0]);
+});
+
 test("a browser that does not say when it is idle draws none", () => {
   delete globalThis.requestIdleCallback;
   rehearsal(() => assert.fail())();

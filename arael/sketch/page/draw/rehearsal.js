@@ -7,6 +7,8 @@
 const FRAMES = 60;
 /** Milliseconds that the page has to have left for a frame. */
 const ENOUGH = 8;
+/** Milliseconds of a frame after which none follows: a page that is asked for something meanwhile waits for it. */
+const LONG = 50;
 
 /**
  * @param {() => boolean} draw  a frame off the screen; false: not now
@@ -19,8 +21,9 @@ export function rehearsal(draw) {
   const go = (idle) => {
     waits = false;
     while (left && idle.timeRemaining() > ENOUGH) {
+      const began = performance.now();
       if (!draw()) return;
-      left--;
+      left = performance.now() - began > LONG ? 0 : left - 1;
     }
     ask();
   };
