@@ -7,19 +7,18 @@ message as it is. An editor with a server cannot be quicker in the same browser.
 
 from __future__ import annotations
 
-import os
-import shutil
+import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.sketch.browser import Browser
+
 _PAGE = Path(__file__).with_name("floor.html")
-_SIZE = {"width": 1280, "height": 800}
 
 
 def floor(
@@ -37,27 +36,17 @@ def floor(
     from the stamp of the mouse's event, and from the message that the page sends: (n,) each, the
     first ones left out
     """
-    from playwright.sync_api import sync_playwright
-
-    from benchmarks.sketch.mouse import free_port, move, move_by_turns
-
-    port, protocol = free_port(), free_port()
+    port = _free_port()
     server = subprocess.Popen([sys.executable, "-m", "benchmarks.sketch.floor", str(port)])
     try:
-        with sync_playwright() as playwright:
-            chromium = os.environ.get("ARAEL_CHROMIUM") or shutil.which("chromium")
-            options = ["--no-sandbox", f"--remote-debugging-port={protocol}"]
-            browser = playwright.chromium.launch(executable_path=chromium, args=options)
-            page = browser.new_page(viewport=_SIZE)
-            _open(page, f"http://127.0.0.1:{port}/")
+        with Browser() as browser:
+            _await(port)
+            browser.open(f"http://127.0.0.1:{port}/", "window.ready")
+            time.sleep(2.0)
             places = [(100.0 + i % 1000, 200.0 + i % 50) for i in range(moves)]
-            if paced:
-                move(protocol, places, period, pressed=False)
-            else:
-                move_by_turns(page, places, period)
-            page.wait_for_timeout(300)
-            found = np.array(page.evaluate("taken"), dtype=np.float64)
-            browser.close()
+            browser.move(places, period, pressed=False, paced=paced)
+            time.sleep(0.3)
+            found = np.array(browser.evaluate("taken"), dtype=np.float64)
     finally:
         server.terminate()
         server.wait()
@@ -65,18 +54,21 @@ def floor(
     return found[:, 0], found[:, 1]
 
 
-def _open(page: Any, address: str) -> None:
-    """Load the page, as soon as the server answers."""
-    from playwright.sync_api import Error
+def _free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
 
-    for _ in range(100):
+
+def _await(port: int) -> None:
+    """Wait until a server answers."""
+    for _ in range(300):
         try:
-            page.goto(address)
-            break
-        except Error:
+            socket.create_connection(("127.0.0.1", port)).close()
+            return
+        except OSError:
             time.sleep(0.1)
-    page.wait_for_function("window.ready")
-    page.wait_for_timeout(500)
+    raise SystemExit(f"no server answers at port {port}")
 
 
 def _serve(port: int) -> None:

@@ -9,7 +9,7 @@ solver refuses. Moves of the mouse are made in three ways, at most one per `PERI
 - *mouse*: through the browser's input, the next one when the page has handled the one before; the
   time begins with the event's own stamp, so that it includes what the browser waits before it hands
   the event to the page;
-- *paced*: the same, but one every `PERIOD` whatever the browser does, as of a mouse (`mouse.py`).
+- *paced*: the same, but one every `PERIOD` whatever the browser does, as of a mouse.
 
 Reading a pixel back forces the rasterisation, whose end is that of a frame. Times *from the
 message* begin when the page sends the message of the mouse: without what the browser takes to hand
@@ -20,10 +20,9 @@ a server that returns each message, and a page that draws two hundred lines (`fl
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -37,8 +36,8 @@ from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Constraint, Dimension
 from arael.sketch.document.saved import save
 from benchmarks.measure import table
+from benchmarks.sketch.browser import Browser
 from benchmarks.sketch.floor import floor
-from benchmarks.sketch.mouse import free_port, move, move_by_turns
 from benchmarks.systems import Plan
 
 PER_RECTANGLE = 10
@@ -137,31 +136,20 @@ def _goes_up(i: int) -> bool:
 
 
 @contextmanager
-def _page(file: Path, log: Path, port: int) -> Iterator[Any]:
-    """The editor on a file in Chromium, whose protocol has a port.
-
-    The server's times are in `log` afterwards.
-    """
-    from playwright.sync_api import sync_playwright
-
+def _page(file: Path, log: Path) -> Iterator[Browser]:
+    """The editor on a file in a browser. The server's times are in `log` afterwards."""
     from tests.sketch.server.process import ServerProcess
 
-    chromium = os.environ.get("ARAEL_CHROMIUM") or shutil.which("chromium")
     server = ServerProcess(file, folder=file.parent)
     server.command = [sys.executable, str(_SERVER), str(file), str(log)]
-    with server, sync_playwright() as playwright:
-        options = ["--no-sandbox", f"--remote-debugging-port={port}"]
-        browser = playwright.chromium.launch(executable_path=chromium, args=options)
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(server.address)
-        # the page's policy forbids `wait_for_function`
-        for _ in range(300):
-            if page.evaluate("!!window.app && app.store.verdict.revision > 0"):
-                break
-            page.wait_for_timeout(100)
-        page.wait_for_timeout(500)
-        yield page
-        browser.close()
+    with server, Browser() as browser:
+        browser.open(server.address, "window.app")
+        # before the page rehearses a drag: a method that is put in the place of another makes the
+        # browser compile anew what calls it
+        browser.evaluate(f"{_SCRIPT.read_text()}; window.taken = recorded(); 0")
+        browser.await_("app.store.verdict.revision > 0")
+        time.sleep(2.0)
+        yield browser
 
 
 def frames(count: int, moves: int, way: str = "page") -> Frames:
@@ -170,37 +158,30 @@ def frames(count: int, moves: int, way: str = "page") -> Frames:
         file, log = Path(folder) / "chain.json", Path(folder) / "times.json"
         save(chain(count), file)
         last = max(count // PER_RECTANGLE, 1) - 1
-        drag = [f"L{4 * last + 2}.p1", moves, _goes_up(last)]
-        script = _SCRIPT.read_text()
-        port = free_port()
-        with _page(file, log, port) as page:
-            if way != "page":
-                found = _by_mouse(page, script, drag, port if way == "paced" else 0)
+        drag = json.dumps([f"L{4 * last + 2}.p1", moves, _goes_up(last)])[1:-1]
+        with _page(file, log) as browser:
+            if way == "page":
+                found = browser.evaluate(f"dispatched({drag}, {PERIOD})")
             else:
-                call = f"(a) => {{ {script}\nreturn dispatched(...a); }}"
-                found = page.evaluate(call, [*drag, PERIOD])
+                found = _by_mouse(browser, drag, way == "paced")
         there = {int(key): one for key, one in json.loads(log.read_text()).items()}
     return _joined(dict(found["records"]), there, found["moved"], way != "page")
 
 
-def _by_mouse(page: Any, script: str, drag: list[Any], port: int) -> dict[str, Any]:
-    """Move the mouse of the browser, one event per `PERIOD`: at most, or by a port exactly."""
-    begin = f"(a) => {{ {script}\nwindow.taken = recorded(); return places(...a); }}"
-    first, second, *rest = page.evaluate(begin, drag)
-    page.mouse.move(*first)
-    page.mouse.down()
-    page.mouse.move(*second)
-    page.wait_for_timeout(1500)
-    page.evaluate("taken.clear()")
-    if port:
-        move(port, rest, PERIOD, pressed=True)
-    else:
-        move_by_turns(page, rest, PERIOD)
-    page.wait_for_timeout(300)
-    found: dict[str, Any] = page.evaluate(
-        "() => ({ records: [...taken], moved: app.renderer.movedCount })"
+def _by_mouse(browser: Browser, drag: str, paced: bool) -> dict[str, Any]:
+    """Move the mouse of the browser, one event per `PERIOD`: at most, or exactly."""
+    first, second, *rest = browser.evaluate(f"places({drag})")
+    browser.mouse("mouseMoved", first)
+    browser.mouse("mousePressed", first, pressed=True)
+    browser.mouse("mouseMoved", second, pressed=True)
+    time.sleep(1.5)
+    browser.evaluate("taken.clear()")
+    browser.move(rest, PERIOD, pressed=True, paced=paced)
+    time.sleep(0.3)
+    found: dict[str, Any] = browser.evaluate(
+        "({ records: [...taken], moved: app.renderer.movedCount })"
     )
-    page.mouse.up()
+    browser.mouse("mouseReleased", rest[-1])
     return found
 
 

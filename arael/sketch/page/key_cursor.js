@@ -100,6 +100,8 @@ export class KeyCursor {
   }
 
   _hide() {
+    // to hide what is hidden costs the page's style, for each move of the mouse
+    if (!this.at) return;
     this.at = null;
     this.mark.hidden = true;
   }

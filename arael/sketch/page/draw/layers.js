@@ -8,9 +8,9 @@
  * @property {() => void} done  what was drawn is to be seen
  */
 
-/** A canvas that is drawn on directly. @param {HTMLCanvasElement} canvas @param {boolean} [alpha] @returns {Layer} */
-export function livelyLayer(canvas, alpha = true) {
-  const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha }));
+/** A canvas that is drawn on directly. @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2DSettings} [options] @returns {Layer} */
+export function livelyLayer(canvas, options) {
+  const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", options));
   return { canvas, ctx, resize: (width, height) => sized(canvas, width, height), done() {} };
 }
 
@@ -22,7 +22,7 @@ export function livelyLayer(canvas, alpha = true) {
  */
 export function stillLayer(canvas) {
   const shown = typeof OffscreenCanvas === "undefined" ? null : canvas.getContext("bitmaprenderer", { alpha: false });
-  if (!shown) return livelyLayer(canvas, false);
+  if (!shown) return livelyLayer(canvas, { alpha: false });
   const sheet = new OffscreenCanvas(1, 1);
   const ctx = /** @type {CanvasRenderingContext2D} */ (/** @type {unknown} */ (sheet.getContext("2d", { alpha: false })));
   return {
@@ -34,6 +34,18 @@ export function stillLayer(canvas) {
     },
     done: () => shown.transferFromImageBitmap(sheet.transferToImageBitmap()),
   };
+}
+
+/**
+ * The same layer on a canvas that goes to the screen by itself, not with the page: without a graphics processor
+ * that saves the page's thread half of its time for a refresh. What it shows can be one refresh ahead of the
+ * other canvases, unless it becomes visible, or hidden, together with what they show.
+ * @param {Layer} layer
+ */
+export function ownLayer({ canvas }) {
+  const own = /** @type {HTMLCanvasElement} */ (canvas.cloneNode());
+  canvas.replaceWith(own);
+  return livelyLayer(own, { desynchronized: true });
 }
 
 /**

@@ -6,7 +6,7 @@
 import { Annotations } from "./annotations.js";
 import { drawGrid, drawScaleBar } from "./background.js";
 import { Batches } from "./batches.js";
-import { drawsBySoftware, livelyLayer, show, stillLayer } from "./layers.js";
+import { drawsBySoftware, livelyLayer, ownLayer, show, stillLayer } from "./layers.js";
 import { drawOverlay, hasOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
 import { rehearsal } from "./rehearsal.js";
@@ -54,7 +54,11 @@ export class Renderer extends EventTarget {
     this._rehearse = () => {};
     // the page is there first: to ask takes 30 ms
     setTimeout(() => {
-      if (drawsBySoftware()) this._sheet = new Sheet();
+      if (drawsBySoftware()) {
+        this._sheet = new Sheet();
+        this.moving = ownLayer(this.moving);
+        this.viewChanged();
+      }
       this._rehearse = rehearsal(() => this._drawUnseen());
       this._rehearse();
     }, 300);
@@ -220,17 +224,14 @@ export class Renderer extends EventTarget {
   }
 
   _paintMoving() {
-    const { app: { store, view, shown }, ratio, _swept: swept } = this;
-    const { ctx } = this.moving;
+    const { app: { store, view, shown }, _swept: swept } = this;
     const moves = this._moved.size > 0;
-    swept.begin(view.width, view.height, ratio);
     show(this.moving, moves);
-    const batches = moves && (this._movingBatches ??= new Batches(store, (entity) => this._moved.has(entity.name), shown));
-    if (batches) this._drawMoving(ctx, batches, swept);
-    else {
-      ctx.resetTransform();
-      swept.clear(ctx);
-    }
+    // it is hidden when the ground is shown next; were it cleared now, what moved would be on neither meanwhile
+    if (!moves) return;
+    swept.begin(view.width, view.height, this.ratio);
+    this._movingBatches ??= new Batches(store, (entity) => this._moved.has(entity.name), shown);
+    this._drawMoving(this.moving.ctx, this._movingBatches, swept);
   }
 
   /** Draw in place of what was there before. @param {CanvasRenderingContext2D} ctx @param {Batches} batches @param {Swept} swept */
@@ -254,15 +255,21 @@ export class Renderer extends EventTarget {
     swept.addShown(followed);
   }
 
-  /** A frame of a drag that moves everything, off the screen. */
+  /** Two frames of a drag that moves everything by a little, off the screen. */
   _drawUnseen() {
-    const { app: { view }, annotations, _resting: batches } = this;
+    const { app: { store, view }, annotations, _resting: batches } = this;
     if (!batches || this._moved.size || this._request) return false;
     this._unseen ??= /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
+    const { values } = store;
     const swept = new Swept();
-    swept.begin(view.width, view.height, this.ratio);
     annotations.split({ has: () => true });
-    this._drawMoving(this._unseen, batches, swept);
+    for (const by of [0, 0.3]) {
+      // numbers are no whole pixels in a drag, for which the browser compiles otherwise
+      store.values = values.map((value) => value + by / view.scale);
+      swept.begin(view.width, view.height, this.ratio);
+      this._drawMoving(this._unseen, batches, swept);
+    }
+    store.values = values;
     annotations.split(this._moved);
     return true;
   }
