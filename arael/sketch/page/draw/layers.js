@@ -45,7 +45,10 @@ export function stillLayer(canvas) {
 export function ownLayer({ canvas }) {
   const own = /** @type {HTMLCanvasElement} */ (canvas.cloneNode());
   canvas.replaceWith(own);
-  return livelyLayer(own, { desynchronized: true });
+  const layer = livelyLayer(own, { desynchronized: true });
+  // its first frame comes late to the screen
+  layer.ctx.clearRect(0, 0, 1, 1);
+  return layer;
 }
 
 /**
