@@ -25,6 +25,7 @@ cdef class LowerLevels(Newton):
     cdef double* before             # [n]
     cdef double* sign               # [guards] at the start of a lower level
     cdef double soft_tolerance
+    cdef bint placed                # the soft level ended with the factors of its x
 
     cdef void _project(self, double* v) noexcept nogil
     cdef void _pull(self, const double* residual, double* v) noexcept nogil

@@ -225,6 +225,7 @@ cdef class LowerLevels(Newton):
         cdef double stretch = 1.0, left = 1.0
         cdef bint renew = True
         cdef int retries
+        self.placed = False
         if self.guards is not None:
             self.guards.residuals(x, self.sign)
         retries = 0
@@ -241,6 +242,7 @@ cdef class LowerLevels(Newton):
                     return False
             f2 = dot(self.r2, self.r2, self.target.m)
             if f2 <= self.soft_tolerance * self.soft_tolerance:
+                self.placed = renew
                 return True
             for i in range(self.target.m):
                 self.left[i] = -self.r2[i]
@@ -261,6 +263,7 @@ cdef class LowerLevels(Newton):
                     renew = True
                     continue
             if norm <= NOTHING * whole or whole == 0.0:
+                self.placed = renew
                 return True
             left = norm / whole
             self._least(damping)
@@ -333,10 +336,13 @@ cdef class LowerLevels(Newton):
         for _t in range(limit):
             if self.interrupted() or (_t > 0 and self.late()):
                 return False
-            if self.refactor(x, self.live, self.live_count) != 0:
-                return False
-            if self.target.linearise(x, self.r2, self.e2) != 0:
-                return False
+            # the level above has just made the factors of where it ended
+            if not self.placed:
+                if self.refactor(x, self.live, self.live_count) != 0:
+                    return False
+                if self.target.linearise(x, self.r2, self.e2) != 0:
+                    return False
+            self.placed = False
             f3 = reach = 0.0
             for k in range(self.moving_count):
                 i = self.moving[k]

@@ -91,6 +91,19 @@ def test_a_fully_defined_system_keeps_every_bit_when_dragged() -> None:
     assert x.tobytes() == before
 
 
+def test_a_frame_of_linear_rows_is_factored_where_it_begins_and_where_it_ends() -> None:
+    rng = np.random.default_rng(5)
+    rows = linear(rng.normal(size=(3, 8)), rng.normal(size=3))
+    levels, home = Levels(rows), np.zeros(8)
+    assert levels.solve(home).solved
+    x = home.copy()
+    for target in (1.0, 2.0, -1.0):
+        outcome = levels.drag(x, [7], [target], home)
+        assert outcome.converged
+        assert outcome.factors == 2
+        assert x[7] == pytest.approx(target, abs=1e-9)
+
+
 def test_what_is_not_connected_with_the_cursor_keeps_every_bit() -> None:
     x = np.array([0.0, 0, 1, 0, 5, 5, 6, 5 + 1e-13])
     rows = distances(4, [[0, 1], [2, 3]], [1.0, 1.0])
