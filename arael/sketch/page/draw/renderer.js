@@ -135,8 +135,7 @@ export class Renderer extends EventTarget {
     }
     const grown = this._moved.size > before;
     if (grown) this._resting = this._movingBatches = null;
-    this._schedule({ ground: grown, moving: true, overlay: false });
-    if (now) this.paint();
+    this._schedule({ ground: grown, moving: true, overlay: false }, now);
   }
 
   /** A frame of the drag is so many milliseconds late; 0: it is there. @param {number} delay */
@@ -161,12 +160,13 @@ export class Renderer extends EventTarget {
     this.restyled();
   }
 
-  /** @param {{ground: boolean, moving: boolean, overlay: boolean}} what */
-  _schedule(what) {
+  /** @param {{ground: boolean, moving: boolean, overlay: boolean}} what @param {boolean} [now] */
+  _schedule(what, now) {
     this._dirty.ground ||= what.ground;
     this._dirty.moving ||= what.moving;
     this._dirty.overlay ||= what.overlay;
-    if (!this._request) this._request = requestAnimationFrame(() => this.paint());
+    if (now) this.paint();
+    else this._request ||= requestAnimationFrame(() => this.paint());
   }
 
   /** Whether something waits for the next refresh of the screen. */
