@@ -53,13 +53,12 @@ class Browser:
             stderr=subprocess.DEVNULL,
         )
         try:
-            address = self._page()
+            self._link = connect(self._page(), compression=None, max_size=None)
+            self._numbers = itertools.count(1)
+            self._call("Emulation.setDeviceMetricsOverride", **_SIZE)
         except BaseException:
             self._end()
             raise
-        self._link = connect(address, compression=None, max_size=None)
-        self._numbers = itertools.count(1)
-        self._call("Emulation.setDeviceMetricsOverride", **_SIZE)
         return self
 
     def __exit__(

@@ -5,7 +5,7 @@ import { fill, h, once, seldom } from "./dom.js";
 import { icon } from "./icons.js";
 
 /** Milliseconds between coordinates of the pointer, and in a drag: the page takes 3 ms to put in another text. */
-const PLACE_PERIOD = 80;
+const PERIOD = 80;
 const DRAG_PERIOD = 320;
 
 /** @param {import("./app.js").App} app @param {HTMLElement} element */
@@ -20,7 +20,7 @@ export function mountStatus(app, element) {
   fill(element, hint, busy, place, scale, others, link);
 
   app.addEventListener("hint", (event) => fill(hint, /** @type {CustomEvent} */ (event).detail));
-  const showPlace = seldom(() => (app.drag.active ? DRAG_PERIOD : PLACE_PERIOD), () => {
+  const showPlace = seldom(() => (app.drag.active ? DRAG_PERIOD : PERIOD), () => {
     const at = app.tools.current.place?.at;
     const digits = Math.max(0, Math.min(9, Math.ceil(Math.log10(view.scale))));
     place.textContent = at ? `${at[0].toFixed(digits)}, ${at[1].toFixed(digits)}` : "";

@@ -263,14 +263,17 @@ export class Renderer extends EventTarget {
     const { values } = store;
     const swept = new Swept();
     annotations.split({ has: () => true });
-    for (const by of [0, 0.3]) {
-      // numbers are no whole pixels in a drag, for which the browser compiles otherwise
-      store.values = values.map((value) => value + by / view.scale);
-      swept.begin(view.width, view.height, this.ratio);
-      this._drawMoving(this._unseen, batches, swept);
+    try {
+      for (const by of [0, 0.3]) {
+        // numbers are no whole pixels in a drag, for which the browser compiles otherwise
+        store.values = values.map((value) => value + by / view.scale);
+        swept.begin(view.width, view.height, this.ratio);
+        this._drawMoving(this._unseen, batches, swept);
+      }
+    } finally {
+      store.values = values;
+      annotations.split(this._moved);
     }
-    store.values = values;
-    annotations.split(this._moved);
     return true;
   }
 }
