@@ -1,36 +1,32 @@
 /** Marks of points: drawn once for each place between pixels, then laid on a drawing by hand. */
 
 import assert from "node:assert/strict";
-import { afterEach, test } from "node:test";
+import { after, test } from "node:test";
 
 import { stampMarks } from "../../arael/sketch/page/draw/stamps.js";
 
 const LOOK = /** @type {const} */ ({ shape: "ring", r: 2.7, colour: "#123456", back: "#ffffff" });
 
-/** Give the page small canvases, whose first pixels say how a mark was drawn; returns how many were made. */
-function withImages() {
-  const made = { count: 0 };
-  globalThis.OffscreenCanvas = class {
-    constructor(width) {
-      this.width = width;
-    }
+const made = { count: 0 };
 
-    getContext() {
-      let placed = [0, 0, 0];
-      return {
-        setTransform: (a, b, c, d, x, y) => (placed = [a, x, y]),
-        beginPath() {}, fill() {}, arc() {},
-        getImageData: (x, y, size) => {
-          made.count++;
-          const data = new Int32Array(size * size);
-          data.set([this.width, ...placed.map((one) => Math.round(1e4 * one))], 1);
-          return { data: new Uint8ClampedArray(data.buffer) };
-        },
-      };
-    }
-  };
-  return made;
-}
+// the page keeps the small canvas on which it draws: its first pixels say how a mark was drawn
+globalThis.OffscreenCanvas = class {
+  getContext() {
+    const canvas = this;
+    let placed = [0, 0, 0];
+    return {
+      canvas,
+      setTransform: (a, b, c, d, x, y) => (placed = [a, x, y]),
+      beginPath() {}, fill() {}, arc() {},
+      getImageData: (x, y, size) => {
+        made.count++;
+        const data = new Int32Array(size * size);
+        data.set([canvas.width, ...placed.map((one) => Math.round(1e4 * one))], 1);
+        return { data: new Uint8ClampedArray(data.buffer) };
+      },
+    };
+  }
+};
 
 /** A sheet that notes what is laid on it. */
 function sheet(ratio = 1) {
@@ -38,10 +34,9 @@ function sheet(ratio = 1) {
   return { laid, ratio, stamp: (dots, left, top) => laid.push([dots, left, top]) };
 }
 
-afterEach(() => delete globalThis.OffscreenCanvas);
+after(() => delete globalThis.OffscreenCanvas);
 
 test("marks stand within an eighth of a pixel of their places", () => {
-  const made = withImages();
   for (const ratio of [1, 1.5, 2]) {
     const on = sheet(ratio);
     const { laid } = on;
@@ -61,7 +56,6 @@ test("marks stand within an eighth of a pixel of their places", () => {
 });
 
 test("marks of another colour are other images", () => {
-  withImages();
   const [one, other] = [sheet(), sheet()];
   stampMarks(/** @type {any} */ (one), LOOK, Float64Array.of(3, 4, 3, 4), 1);
   stampMarks(/** @type {any} */ (other), { ...LOOK, colour: "#abcdef" }, Float64Array.of(3, 4, 3, 4), 1);

@@ -1,13 +1,15 @@
-"""Sources of the page without comments and needless white space, semicolons, parentheses and zeros.
+"""Sources of the page without comments and needless white space, signs and zeros.
 
-Declarations one after the other become one: ``const a=1,b=2``. Nothing is renamed and no line is
-moved: what follows from line ends (automatic semicolons) stays, and the names of a stack trace are
-those of the source.
+``true``, ``false`` and ``undefined`` become ``!0``, ``!1`` and ``void 0``. Declarations one after
+the other become one: ``const a=1,b=2``. Nothing is renamed, so that the names of a stack trace are
+those of the source. Line ends from which something may follow (automatic semicolons) stay: all but
+those beside brackets and signs between two values, and after commas, semicolons and blocks.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 _SPACE = r"(?P<space>(?:\s|//[^\n]*|/\*[\s\S]*?\*/)+)"
 _STRING = r"""(?P<string>"(?:\\[\s\S]|[^"\\\n])*"|'(?:\\[\s\S]|[^'\\\n])*')"""
@@ -18,6 +20,11 @@ _TEXT = re.compile(r"(?:\\[\s\S]|\$(?!\{)|[^`\\$])*(?:`|\$\{)")
 """The rest of a template up to its end or the next expression in it."""
 _STYLE = re.compile(rf"(?P<space>(?:\s|/\*[\s\S]*?\*/)+)|{_STRING}|(?P<mark>[\s\S])")
 
+_NAME = re.compile(r"\s*(?:[.(\[`]|\*\*)")
+"""After a word that is a name, or whose value is asked for something."""
+_KEY = re.compile(r"\s*:")
+_SHORTER = {"true": "!0", "false": "!1", "undefined": "void 0"}
+
 #: Words after which a slash begins a regular expression: no value ends with them.
 _BEFORE_VALUE = frozenset(
     {"return", "typeof", "case", "in", "of", "delete", "void", "throw", "new", "else", "do"}
@@ -26,6 +33,11 @@ _BEFORE_VALUE = frozenset(
 #: Words whose parentheses may be followed by nothing but a semicolon; ``for await (``.
 _HEADS = frozenset({"if", "for", "while", "with", "await"})
 _DECLARING = frozenset({"const", "let"})
+#: Words with which a statement begins whose parentheses are followed by a block; before a block.
+_OPENING, _BARE = (
+    frozenset({"function", "switch", "catch"}),
+    frozenset({"else", "do", "try", "finally"}),
+)
 #: Signs that would be other ones side by side.
 _APART = frozenset({"++", "--", "//", "/*", "<!", "->"})
 
@@ -39,7 +51,7 @@ def compact_script(text: str) -> str:
     gap = ""
     nesting: list[int] = []  # braces that are open in each expression of a template
     heads: list[bool] = []  # parentheses that are open: whether of a statement
-    declarations = _Declarations()
+    declarations, blocks = _Declarations(), _Blocks()
     is_head = is_empty = False  # of the last parenthesis; whether a semicolon is a statement itself
     at, last, is_value = 0, "", False
     while at < len(text):
@@ -53,6 +65,11 @@ def compact_script(text: str) -> str:
         if piece == "0" and _SHARE.match(text, at):  # .5
             at += 1
             continue
+        if piece in _SHORTER and last != "." and not _NAME.match(text, found.end()):
+            is_key = last in ("{", ",") and _KEY.match(text, found.end())
+            shorter = piece if is_key else _SHORTER[piece]
+            at += len(piece) - len(shorter)
+            piece = shorter
         if piece == "/" and not is_value:
             regex = _REGEX.match(text, at)
             piece, kind = (regex.group(), "regex") if regex else (piece, kind)
@@ -78,7 +95,10 @@ def compact_script(text: str) -> str:
             is_empty = (last == ")" and is_head) or last in ("else", "do")
         elif text.startswith("=>", at):
             _unwrap(pieces)
-        if piece == "}" and last == ";" and not is_empty:
+        if blocks.go_on(piece, last, is_head, kind == "template"):
+            gap = ""
+        ends = piece in (")", "]", "}")
+        if (piece == "}" and last == ";" and not is_empty) or (ends and _is_spare_comma(pieces)):
             pieces.pop()
         elif gap and pieces and (between := _between(gap, last, piece)):
             pieces.append(between)
@@ -125,6 +145,54 @@ class _Declarations:
         return piece == ended
 
 
+class _Blocks:
+    """Where a block has ended: of a statement, a function that is declared, a class, a method."""
+
+    def __init__(self) -> None:
+        # of each bracket that is open: whether it is a class (1), another block (0), or neither;
+        # and the signs and words of its statement so far
+        self._kinds = [-1]
+        self._statements: list[list[str]] = [[]]
+        self._ended = False
+
+    def go_on(self, piece: str, last: str, is_head: bool, is_text: bool) -> bool:
+        """Whether the token before this one, `last`, ended a block; parameters as above."""
+        ended, self._ended = self._ended, False
+        kinds, statements = self._kinds, self._statements
+        if piece in (")", "]", "}") or (is_text and piece[0] == "}"):
+            statements.pop()
+            if kinds.pop() >= 0:
+                self._ended = True
+                statements[-1].clear()
+                return ended
+        statement = statements[-1]
+        if piece == ";":
+            statement.clear()
+            return ended
+        if piece in ("(", "[", "{") or (is_text and piece.endswith("${")):
+            kind = _kind_of_block(statement, last, is_head, kinds[-1] == 1) if piece == "{" else -1
+            kinds.append(kind)
+            statements.append([])
+        statement.append(piece)
+        return ended
+
+
+def _kind_of_block(statement: Sequence[str], last: str, is_head: bool, in_class: bool) -> int:
+    """What a brace opens: 1 a class, 0 another block, -1 neither or that is not certain."""
+    words = [one for one in statement if one not in ("export", "default", "async")]
+    if not words:
+        return -1
+    if words[0] == "class":
+        return 1
+    opens = is_head or words[0] in _OPENING or (in_class and "=" not in words)
+    return 0 if (last == ")" and opens) or last in _BARE else -1
+
+
+def _is_spare_comma(pieces: Sequence[str]) -> bool:
+    """Whether the last token is a comma behind the last of several, not that of a hole."""
+    return pieces[-1:] == [","] and pieces[-2] not in ("[", ",")
+
+
 def _unwrap(pieces: list[str]) -> None:
     """Take the parentheses of the one parameter of a function with an arrow away."""
     match pieces:
@@ -139,8 +207,8 @@ def _unwrap(pieces: list[str]) -> None:
 def _between(gap: str, before: str, after: str) -> str:
     """White space that has to stay between two tokens."""
     a, b = before[-1], after[0]
-    if gap == "\n":
-        return "" if a in "{([,;" or b in "})]" else "\n"
+    if gap == "\n" and a not in "{([,;&|=<>?:%^~!" and b not in "})].?:&|=%^":
+        return "\n"
     joins = (_is_word(a) and _is_word(b)) or a + b in _APART or (a.isdigit() and b == ".")
     regexes = before[0] == "/" and len(before) > 1 and _is_word(b)
     return " " if joins or regexes else ""

@@ -356,7 +356,7 @@ def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page:
     page.mouse.down()
     for x, y in ((24, 16), (12, 20), (26, 9), (21, 13)):
         if x == 26:  # from now on as with a graphics processor
-            page.evaluate("app.renderer._sheet = null")
+            page.evaluate("[app.renderer._sheet, window.kept] = [null, app.renderer._sheet]")
         page.mouse.move(*at(page, x, y), steps=4)
         wait(page, "app.store.dragging && app.wire.delay === 0 && !app.renderer.pending")
         inked, other = page.evaluate(AS_IF_CLEARED)
@@ -377,6 +377,66 @@ def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page:
     inked, other = page.evaluate(AS_IF_CLEARED)
     assert inked > 500 and other == 0
     page.mouse.up()
+    page.evaluate("() => { app.renderer._sheet = window.kept; }")
+
+
+BY_HAND_OR_NOT = """() => {
+    const { renderer } = app;
+    const { canvas, ctx } = renderer.moving;
+    const drawn = (sheet) => {
+        renderer._sheet = sheet;
+        ctx.clearRect(0, 0, app.view.width, app.view.height);
+        renderer._paintMoving();
+        const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
+        // on white
+        return data.map((one, i) => 255 + (one - 255) * data[i | 3] / 255);
+    };
+    const sheet = renderer._sheet;
+    const [mine, its] = [drawn(sheet), drawn(null)];
+    renderer._sheet = sheet;
+    let inked = 0, sum = 0, far = 0;
+    for (let i = 0; i < its.length; i += 4) {
+        inked += its[i] < 250;
+        const by = Math.max(...[0, 1, 2].map((k) => Math.abs(mine[i + k] - its[i + k])));
+        sum += by / 255;
+        far += by > 64;
+    }
+    return [inked, sum / inked, far / inked];
+}"""
+"""Pixels of what moves, drawn by hand and by the canvas: how many have ink, by how much they differ
+on the average of those, and how many of them by more than a quarter of the brightness."""
+
+
+@exercises("pointer:Drag")
+def test_what_is_drawn_by_hand_looks_like_what_the_canvas_draws(page: Any) -> None:
+    run(
+        page,
+        "add_line 0,0 30,0",
+        "add_line 30,0 42,17",
+        "add_line 42,17 0,26",
+        "add_circle 15,12 6",
+        "distance L0.p1 A0.center 19",
+        "length L0 30",
+        "length L1 20.8",
+        "length L2 43 derived",
+        "vdistance L0.p1 L2.p2 26",
+        "angle L0 L1 55",
+        "diameter A0 12",
+    )
+    page.evaluate("app.fit()")
+    wait(page, "app.renderer._sheet !== null")
+    corner = page.evaluate("app.store.point('L1.p2')")
+    page.mouse.move(*at(page, *corner))
+    wait(page, "app.store.hovered.size > 0")
+    page.mouse.down()
+    page.mouse.move(*at(page, corner[0] - 9, corner[1] + 5.3), steps=5)
+    wait(page, "app.store.dragging && app.wire.delay === 0 && !app.renderer.pending")
+    assert page.evaluate("app.renderer.annotations._moving.dimensions.length") == 7
+    inked, mean, far = page.evaluate(BY_HAND_OR_NOT)
+    page.mouse.up()
+    assert inked > 3000
+    assert mean < 0.04
+    assert far < 0.01
 
 
 def test_a_drag_is_rehearsed_off_the_screen(page: Any) -> None:

@@ -6,6 +6,7 @@ import { splitHandle } from "../geometry/handles.js";
 import { boxOfText } from "../geometry/lettering.js";
 import { drawDimensions, TEXT } from "./dimension_marks.js";
 import { layoutDimension, measured } from "./dimensions.js";
+import { layDimensions } from "./dimensions_by_hand.js";
 import { Follower } from "./follower.js";
 import { drawGlyph, layoutGlyphs } from "./glyphs.js";
 import { EDGES } from "./palette.js";
@@ -19,6 +20,7 @@ const MOST = 600;
 /**
  * @typedef {import("./lines.js").Drawn} Drawn
  * @typedef {import("./glyphs.js").Glyph} Glyph
+ * @typedef {import("./palette.js").Palette} Palette
  * @typedef {import("../types.js").Dimension} Dimension
  * @typedef {import("../types.js").Constraint} Constraint
  * @typedef {{dimensions: Drawn[], glyphs: Glyph[]}} Shown
@@ -213,26 +215,12 @@ export class Annotations {
 
   /**
    * @param {CanvasRenderingContext2D} ctx
-   * @param {import("./palette.js").Palette} palette
+   * @param {Palette} palette
    * @param {Shown} shown
    */
   draw(ctx, palette, shown) {
-    const colours = /** @type {Record<string, string>} */ (palette);
     const { store } = this;
-    /** @type {Map<string, {colour: string, dash: number[], all: Drawn[]}>} */
-    const byLook = new Map();
-    for (const drawn of shown.dimensions) {
-      const d = store.dimensions.get(drawn.name);
-      const state = this._state(drawn.name);
-      const quiet = d?.derived || d?.active === false;
-      const colour = state ? colours[state] : quiet ? palette.derived : palette.dimension;
-      const dash = EDGES[state] ?? [];
-      const look = `${colour} ${dash}`;
-      const same = byLook.get(look);
-      if (same) same.all.push(drawn);
-      else byLook.set(look, { colour, dash, all: [drawn] });
-    }
-    for (const { colour, dash, all } of byLook.values()) {
+    for (const { colour, dash, all } of this._byLook(palette, shown.dimensions)) {
       drawDimensions(ctx, all, colour, palette.background, dash);
     }
     for (const glyph of shown.glyphs) {
@@ -243,6 +231,37 @@ export class Annotations {
       };
       drawGlyph(ctx, glyph, look, palette);
     }
+  }
+
+  /**
+   * Draw by hand what can be, in front of what is there; returns the others.
+   * @param {import("./sheet.js").Sheet} sheet @param {Palette} palette @param {Shown} shown
+   * @returns {Shown}
+   */
+  drawByHand(sheet, palette, { dimensions, glyphs }) {
+    const [straight, rest] = /** @type {Drawn[][]} */ ([[], []]);
+    for (const one of dimensions) (one.arcs.length || EDGES[this._state(one.name)] ? rest : straight).push(one);
+    for (const { colour, all } of this._byLook(palette, straight)) layDimensions(sheet, all, colour, palette.background);
+    return { dimensions: rest, glyphs };
+  }
+
+  /** Dimensions that look alike. @param {Palette} palette @param {Drawn[]} dimensions */
+  _byLook(palette, dimensions) {
+    const colours = /** @type {Record<string, string>} */ (palette);
+    /** @type {Map<string, {colour: string, dash: number[], all: Drawn[]}>} */
+    const byLook = new Map();
+    for (const drawn of dimensions) {
+      const d = this.store.dimensions.get(drawn.name);
+      const state = this._state(drawn.name);
+      const quiet = d?.derived || d?.active === false;
+      const colour = state ? colours[state] : quiet ? palette.derived : palette.dimension;
+      const dash = EDGES[state] ?? [];
+      const look = `${colour} ${dash}`;
+      const same = byLook.get(look);
+      if (same) same.all.push(drawn);
+      else byLook.set(look, { colour, dash, all: [drawn] });
+    }
+    return byLook.values();
   }
 
   /** @param {string} name */

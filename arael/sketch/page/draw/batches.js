@@ -102,11 +102,11 @@ export class Batches {
   }
 
   /**
-   * Draw in place of what was on the canvas, solid lines and marks by hand.
-   * @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette
-   * @param {Swept} swept  is given what is drawn where @param {Sheet} sheet
+   * Draw solid lines and marks by hand.
+   * @param {Sheet} sheet @param {View} view @param {Palette} palette
+   * @param {Swept} swept  is given what is drawn where
    */
-  drawByHand(ctx, view, palette, swept, sheet) {
+  drawByHand(sheet, view, palette, swept) {
     const v = this.store.values;
     const { x, y, scale: s } = view;
     for (const { state, lines } of this.batches.filter(isSolid)) {
@@ -124,8 +124,14 @@ export class Batches {
       swept.addEach(ends, count);
     }
     for (const { look, places, count } of this._marksOf(view, palette, swept)) stampMarks(sheet, look, places, count);
-    sheet.put(ctx, swept);
-    // the rest lies below: what would be drawn last is drawn first
+  }
+
+  /**
+   * Draw the rest below what was drawn by hand.
+   * @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Swept} swept
+   */
+  drawBelow(ctx, view, palette, swept) {
+    // what would be drawn last is drawn first
     const rest = [...this.batches].reverse();
     ctx.globalCompositeOperation = "destination-over";
     for (const one of rest) this._outline(ctx, view, palette, one, swept, isSolid(one));

@@ -1,8 +1,9 @@
 /** Dimensions on the canvas: lines, arrows, texts. */
 
-import { ARROW } from "./lines.js";
 import { FONT } from "./palette.js";
 
+/** Half the width of an arrow, for a length of 1. */
+export const SLOPE = 0.28;
 export const TEXT = `12px ${FONT}`;
 
 /** @typedef {import("./lines.js").Drawn} Drawn */
@@ -35,18 +36,28 @@ export function drawDimensions(ctx, all, colour, back, dash = []) {
   ctx.beginPath();
   for (const { arrows } of all) {
     for (let k = 0; k < arrows.length; k += 4) {
-      const ux = ARROW * arrows[k + 2];
-      const uy = ARROW * arrows[k + 3];
-      const x = arrows[k] - ux;
-      const y = arrows[k + 1] - uy;
+      const x = arrows[k + 2];
+      const y = arrows[k + 3];
+      const ux = SLOPE * (arrows[k] - x);
+      const uy = SLOPE * (arrows[k + 1] - y);
       ctx.moveTo(arrows[k], arrows[k + 1]);
-      ctx.lineTo(x - 0.28 * uy, y + 0.28 * ux);
-      ctx.lineTo(x + 0.28 * uy, y - 0.28 * ux);
+      ctx.lineTo(x - uy, y + ux);
+      ctx.lineTo(x + uy, y - ux);
       ctx.closePath();
     }
   }
   ctx.fill();
   ctx.save();
+  const write = writer(ctx, colour, back);
+  for (const { text: { x, y, angle, text } } of all) write(text, Math.round(x), Math.round(y), angle);
+  ctx.restore();
+}
+
+/**
+ * Writes texts of dimensions around a place: upright ones are at whole pixels, in a drag too.
+ * @param {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D} ctx @param {string} colour @param {string} back
+ */
+export function writer(ctx, colour, back) {
   ctx.font = TEXT;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";
@@ -54,15 +65,15 @@ export function drawDimensions(ctx, all, colour, back, dash = []) {
   ctx.lineWidth = 3;
   ctx.lineJoin = "round";
   ctx.strokeStyle = back;
-  for (const { text: { x, y, angle, text } } of all) {
+  ctx.fillStyle = colour;
+  return (/** @type {string} */ text, /** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ angle) => {
     ctx.translate(x, y);
     ctx.rotate(angle);
     ctx.strokeText(text, 0, 0.5);
     ctx.fillText(text, 0, 0.5);
     ctx.rotate(-angle);
     ctx.translate(-x, -y);
-  }
-  ctx.restore();
+  };
 }
 
 /** @param {CanvasRenderingContext2D} ctx @param {number[]} lines */

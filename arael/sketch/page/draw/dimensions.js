@@ -5,7 +5,7 @@ import { boundsOf, curveOf, lineEnds, pointAt } from "../geometry/curves.js";
 import { joined } from "../geometry/boxes.js";
 import { meet } from "../geometry/intersect.js";
 import { angleOf, cross, dist, dot, foot, mix, polar, signed, sub, unit } from "../geometry/vectors.js";
-import { angular, leader, linear, note } from "./lines.js";
+import { angular, arrow, leader, linear, note } from "./lines.js";
 
 /**
  * @typedef {import("../types.js").Point} Point
@@ -95,7 +95,7 @@ function radial(pen, d, text) {
   const centre = pen.view.toScreen([c.cx, c.cy]);
   const opposite = pen.view.toScreen(conicPoint(c, angle + Math.PI));
   const drawn = leader(pen, d, text, tip, unit(sub(tip, centre)), d.kind === "diameter" ? opposite : centre);
-  if (d.kind === "diameter") drawn.arrows.push(...opposite, ...unit(sub(opposite, centre)));
+  if (d.kind === "diameter") arrow(drawn, opposite, ...unit(sub(opposite, centre)));
   drawn.placeAt = (screen) => {
     const p = pen.view.toWorld(screen);
     const out = dist(p, [c.cx, c.cy]) - dist(conicPoint(c, angle), [c.cx, c.cy]);

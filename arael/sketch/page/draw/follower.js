@@ -63,7 +63,7 @@ export class Follower {
 
 /** @param {Drawn} drawn @param {number} x @param {number} y */
 function shift({ lines, thin, arrows, arcs, text }, x, y) {
-  for (const [all, step] of /** @type {[number[], number][]} */ ([[lines, 2], [thin, 2], [arrows, 4], ...arcs.map((one) => [one, 5])])) {
+  for (const [all, step] of /** @type {[number[], number][]} */ ([[lines, 2], [thin, 2], [arrows, 2], ...arcs.map((one) => [one, 5])])) {
     for (let k = 0; k < all.length; k += step) {
       all[k] += x;
       all[k + 1] += y;

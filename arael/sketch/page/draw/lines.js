@@ -11,7 +11,7 @@ import { angleOf, dot, left, mix } from "../geometry/vectors.js";
  * @property {number[]} lines  x, y, x, y of each
  * @property {number[]} thin  extension lines
  * @property {[number, number, number, number, number][]} arcs  centre, radius, start and sweep on the screen
- * @property {number[]} arrows  tip and direction: x, y, x, y of each
+ * @property {number[]} arrows  tip and middle of the back: x, y, x, y of each
  * @property {{x: number, y: number, angle: number, text: string}} text
  * @property {number} half  half the width of the text
  * @property {(screen: Point) => {offset?: number, along?: number}} placeAt  `dim_pos` of a place of the text
@@ -24,7 +24,7 @@ import { angleOf, dot, left, mix } from "../geometry/vectors.js";
  * @property {(text: string) => number} width  of a text in pixels
  */
 
-export const ARROW = 9;
+const ARROW = 9;
 const FIRST = 26;
 const NEXT = 20;
 const HALF_HEIGHT = 8;
@@ -129,7 +129,13 @@ function arrowed(drawn, p, q) {
   const y = (inside ? 1 : -1) * (q[1] - p[1]) / length;
   const out = inside ? 0 : 2 * ARROW;
   drawn.lines = [p[0] + out * x, p[1] + out * y, q[0] - out * x, q[1] - out * y];
-  drawn.arrows = [p[0], p[1], -x, -y, q[0], q[1], x, y];
+  arrow(drawn, p, -x, -y);
+  arrow(drawn, q, x, y);
+}
+
+/** @param {Drawn} drawn @param {Point} tip @param {number} x @param {number} y  direction */
+export function arrow({ arrows }, [tx, ty], x, y) {
+  arrows.push(tx, ty, tx - ARROW * x, ty - ARROW * y);
 }
 
 /**
@@ -158,8 +164,7 @@ export function angular(pen, d, text, centre, start, sweep, radius) {
     const bend = (0.5 * ARROW) / r;
     for (const [angle, sign] of [[start, -turn], [start + sweep, turn]]) {
       const inner = angle - sign * bend;
-      const tip = [cx + r * Math.cos(angle), cy - r * Math.sin(angle)];
-      drawn.arrows.push(tip[0], tip[1], -sign * Math.sin(inner), -sign * Math.cos(inner));
+      arrow(drawn, [cx + r * Math.cos(angle), cy - r * Math.sin(angle)], -sign * Math.sin(inner), -sign * Math.cos(inner));
     }
   }
   drawn.text = { x, y, angle: 0, text };
@@ -188,7 +193,7 @@ export function leader(pen, d, text, tip, heading, tail) {
   const end = [tip[0] + length * heading[0], tip[1] + length * heading[1]];
   drawn.lines.push(...tail, ...end);
   pen.places.takeLines(drawn.lines);
-  drawn.arrows.push(tip[0], tip[1], -heading[0], -heading[1]);
+  arrow(drawn, tip, -heading[0], -heading[1]);
   drawn.text = { x, y, angle: 0, text };
   return drawn;
 }

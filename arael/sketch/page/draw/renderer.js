@@ -237,22 +237,27 @@ export class Renderer extends EventTarget {
   /** Draw in place of what was there before. @param {CanvasRenderingContext2D} ctx @param {Batches} batches @param {Swept} swept */
   _drawMoving(ctx, batches, swept) {
     const { app: { view }, palette, annotations, ratio, moving: { canvas } } = this;
+    const { movingCount } = annotations;
+    let followed = movingCount && movingCount <= MOST_MOVING ? annotations.follow(ctx) : null;
     const sheet = batches.byHand(view, ratio) < MOST_BY_HAND ? this._sheet : null;
     if (sheet) {
       this._ready(ctx);
       sheet.begin(canvas.width, canvas.height, ratio);
-      batches.drawByHand(ctx, view, palette, swept, sheet);
+      batches.drawByHand(sheet, view, palette, swept);
+      if (followed) {
+        swept.addShown(followed);
+        followed = annotations.drawByHand(sheet, palette, followed);
+      }
+      sheet.put(ctx, swept);
+      batches.drawBelow(ctx, view, palette, swept);
     } else {
       ctx.resetTransform();
       swept.clear(ctx);
       this._ready(ctx);
       batches.draw(ctx, view, palette, swept);
+      if (followed) swept.addShown(followed);
     }
-    const { movingCount } = annotations;
-    if (!movingCount || movingCount > MOST_MOVING) return;
-    const followed = annotations.follow(ctx);
-    annotations.draw(ctx, palette, followed);
-    swept.addShown(followed);
+    if (followed) annotations.draw(ctx, palette, followed);
   }
 
   /** Two frames of a drag that moves everything by a little, off the screen. */

@@ -13,6 +13,8 @@ import { STRIP } from "./swept.js";
 const SHIFT = 6;
 /** Pixels by which the ends of a line may differ that is drawn as upright or level. */
 const NEARLY = 0.02;
+/** Sine of a direction that is nearly level. */
+const LEVEL = 0.01;
 
 export class Sheet {
   constructor() {
@@ -46,10 +48,10 @@ export class Sheet {
   colour(colour) {
     let found = this._colours.get(colour);
     if (found === undefined) {
-      const ctx = /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(1, 1).getContext("2d"));
-      ctx.fillStyle = colour;
-      ctx.fillRect(0, 0, 1, 1);
-      const [, , mixed, alpha] = dotsOf(ctx, 1);
+      const [, , mixed, alpha] = dotsOf(1, (ctx) => {
+        ctx.fillStyle = colour;
+        ctx.fillRect(0, 0, 1, 1);
+      });
       found = mixed | (alpha << 24);
       this._colours.set(colour, found);
     }
@@ -58,7 +60,7 @@ export class Sheet {
 
   /**
    * Straight lines with square ends, like those of a canvas.
-   * @param {Float64Array} ends  x, y, x, y of each
+   * @param {ArrayLike<number>} ends  x, y, x, y of each
    * @param {number} count
    * @param {number} width
    * @param {number} colour  of `colour`
@@ -66,14 +68,24 @@ export class Sheet {
   lines(ends, count, width, colour) {
     for (let i = 0; i < 4 * count; i += 4) {
       const slanted = Math.abs(ends[i] - ends[i + 2]) > NEARLY && Math.abs(ends[i + 1] - ends[i + 3]) > NEARLY;
-      if (slanted) this._slanted(ends, i, width, colour);
+      if (slanted) this._slanted(ends, i, width, 0, colour);
       else this._box(ends, i, width, colour);
     }
   }
 
+  /**
+   * Filled triangles, of which one corner is a tip.
+   * @param {ArrayLike<number>} ends  tip and middle of the opposite side: x, y, x, y of each
+   * @param {number} slope  half of that side, for a height of 1
+   * @param {number} colour  of `colour`
+   */
+  arrows(ends, slope, colour) {
+    for (let i = 0; i < ends.length; i += 4) this._slanted(ends, i, 0, slope, colour);
+  }
+
   // Numbers with fractions are read from `ends` where they are needed: as arguments each is an object of its own.
 
-  /** @param {Float64Array} ends @param {number} i @param {number} width @param {number} colour */
+  /** @param {ArrayLike<number>} ends @param {number} i @param {number} width @param {number} colour */
   _box(ends, i, width, colour) {
     const { height, ratio, _pixels: pixels } = this;
     const x1 = ratio * ends[i];
@@ -81,33 +93,42 @@ export class Sheet {
     const x2 = ratio * ends[i + 2];
     const y2 = ratio * ends[i + 3];
     const isUpright = Math.abs(x1 - x2) < Math.abs(y1 - y2);
-    const dx = isUpright ? (ratio * width) / 2 : 0;
-    const dy = isUpright ? 0 : (ratio * width) / 2;
-    const left = Math.min(x1, x2) - dx;
-    const right = Math.max(x1, x2) + dx;
-    const top = Math.min(y1, y2) - dy;
-    const bottom = Math.max(y1, y2) + dy;
-    const first = Math.max(Math.floor(left), 0);
-    const end = Math.min(Math.ceil(right), this.width);
-    const below = Math.min(Math.ceil(bottom), height);
-    for (let y = Math.max(Math.floor(top), 0); y < below; y++) {
-      const tall = (y + 1 < bottom ? y + 1 : bottom) - (y > top ? y : top);
-      for (let x = first; x < end; x++) {
-        const wide = (x + 1 < right ? x + 1 : right) - (x > left ? x : left);
-        lay(pixels, placeOf(x, y, height), colour & 0xffffff, ((colour >>> 24) * wide * tall + 0.5) | 0);
+    const half = (ratio * width) / 2;
+    const rgb = colour & 0xffffff;
+    // across the line, then along it
+    const near = (isUpright ? x1 + x2 : y1 + y2) / 2 - half;
+    const far = near + 2 * half;
+    const begin = isUpright ? Math.min(y1, y2) : Math.min(x1, x2);
+    const end = isUpright ? Math.max(y1, y2) : Math.max(x1, x2);
+    const first = Math.max(Math.floor(begin), 0);
+    const last = Math.min(Math.ceil(end), isUpright ? height : this.width) - 1;
+    const stop = Math.min(Math.ceil(far), isUpright ? this.width : height);
+    for (let i = Math.max(Math.floor(near), 0); i < stop; i++) {
+      const share = (colour >>> 24) * ((i + 1 < far ? i + 1 : far) - (i > near ? i : near));
+      const full = (share + 0.5) | 0;
+      for (let j = first; j <= last; j++) {
+        const at = isUpright ? placeOf(i, j, height) : placeOf(j, i, height);
+        if (j > first && j < last) {
+          if (pixels[at]) lay(pixels, at, rgb, full);
+          else pixels[at] = rgb | (full << 24);
+        } else {
+          const part = (j + 1 < end ? j + 1 : end) - (j > begin ? j : begin);
+          lay(pixels, at, rgb, (share * part + 0.5) | 0);
+        }
       }
     }
   }
 
-  /** @param {Float64Array} ends @param {number} i @param {number} thick @param {number} colour */
-  _slanted(ends, i, thick, colour) {
+  /** @param {ArrayLike<number>} ends @param {number} i @param {number} thick @param {number} slope  by which it widens @param {number} colour */
+  _slanted(ends, i, thick, slope, colour) {
     const { width, height, ratio, _pixels: pixels } = this;
     const x1 = ratio * ends[i];
     const y1 = ratio * ends[i + 1];
     const x2 = ratio * ends[i + 2];
     const y2 = ratio * ends[i + 3];
-    const half = (ratio * thick) / 2;
+    const thin = (ratio * thick) / 2;
     const long = Math.hypot(x2 - x1, y2 - y1);
+    const most = thin + slope * long;
     const ux = (x2 - x1) / long;
     const uy = (y2 - y1) / long;
     const wide = Math.abs(ux);
@@ -116,18 +137,21 @@ export class Sheet {
     const small = Math.min(wide, tall);
     // how far a pixel reaches from its middle, along the line as well as across it
     const reach = (large + small) / 2;
-    const below = Math.min(Math.max(y1, y2) + half, height);
-    const right = Math.min(Math.max(x1, x2) + half, width);
-    for (let y = Math.max(Math.floor(Math.min(y1, y2) - half), 0); y < below; y++) {
+    const below = Math.min(Math.max(y1, y2) + most, height);
+    const right = Math.min(Math.max(x1, x2) + most, width);
+    // where the middles of pixels are near enough to the line; a level one has no such place
+    const spread = tall > LEVEL ? (most + reach) / tall : Infinity;
+    const shift = tall > LEVEL ? ux / uy : 0;
+    for (let y = Math.max(Math.floor(Math.min(y1, y2) - most), 0); y < below; y++) {
       const dy = y + 0.5 - y1;
-      // where the middles of pixels are near enough to the line
-      const middle = x1 - 0.5 + (dy * ux) / uy;
-      const spread = (half + reach) / tall;
+      const middle = x1 - 0.5 + dy * shift;
       const end = Math.min(middle + spread, right);
-      for (let x = Math.max(Math.ceil(middle - spread), Math.floor(Math.min(x1, x2) - half), 0); x < end; x++) {
+      for (let x = Math.max(Math.ceil(middle - spread), Math.floor(Math.min(x1, x2) - most), 0); x < end; x++) {
         const dx = x + 0.5 - x1;
         const beside = dx * uy - dy * ux;
         const along = dx * ux + dy * uy;
+        const half = thin + slope * along;
+        if (Math.abs(beside) > half + reach) continue;
         const share = (inside(half - beside, large, small) + inside(half + beside, large, small) - 1) *
           (inside(along, large, small) + inside(long - along, large, small) - 1);
         if (share > 0) lay(pixels, placeOf(x, y, height), colour & 0xffffff, ((colour >>> 24) * share + 0.5) | 0);
@@ -162,12 +186,25 @@ export class Sheet {
   }
 }
 
-/** What is drawn on a small square canvas: place, colour and alpha, x, y, colour, alpha, ... @param {OffscreenCanvasRenderingContext2D} ctx @param {number} size */
-export function dotsOf(ctx, size) {
-  const pixels = new Int32Array(ctx.getImageData(0, 0, size, size).data.buffer);
-  return Int32Array.from([...pixels].flatMap((pixel, k) =>
-    pixel ? [k % size, Math.floor(k / size), pixel & 0xffffff, pixel >>> 24] : []));
+/**
+ * What is drawn on a small square canvas: place, colour and alpha, x, y, colour, alpha, ...
+ * @param {number} size
+ * @param {(ctx: OffscreenCanvasRenderingContext2D) => void} draw
+ */
+export function dotsOf(size, draw) {
+  small ??= /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true }));
+  small.canvas.width = small.canvas.height = size;
+  draw(small);
+  const pixels = new Int32Array(small.getImageData(0, 0, size, size).data.buffer);
+  const dots = [];
+  for (let k = 0; k < pixels.length; k++) {
+    if (pixels[k]) dots.push(k % size, Math.floor(k / size), pixels[k] & 0xffffff, pixels[k] >>> 24);
+  }
+  return Int32Array.from(dots);
 }
+
+/** @type {OffscreenCanvasRenderingContext2D|undefined} */
+let small;
 
 /** Where a pixel is. @param {number} x @param {number} y @param {number} height */
 const placeOf = (x, y, height) => (((x >> SHIFT) * height + y) << SHIFT) | (x & 63);

@@ -37,11 +37,10 @@ export function stampMarks(sheet, look, places, count) {
     const top = Math.floor(y / STEPS);
     const which = STEPS * (y - STEPS * top) + x - STEPS * left;
     if (!images[which]) {
-      const canvas = new OffscreenCanvas(2 * half, 2 * half);
-      const ctx = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d"));
-      ctx.setTransform(ratio, 0, 0, ratio, half + x / STEPS - left, half + y / STEPS - top);
-      markPen(ctx, shape, r, colour, back)(0, 0);
-      images[which] = dotsOf(ctx, 2 * half);
+      images[which] = dotsOf(2 * half, (ctx) => {
+        ctx.setTransform(ratio, 0, 0, ratio, half + x / STEPS - left, half + y / STEPS - top);
+        markPen(ctx, shape, r, colour, back)(0, 0);
+      });
     }
     sheet.stamp(images[which], left - half, top - half);
   }

@@ -37,10 +37,3 @@ export function dimensionText(d, unit, measured = null) {
   const text = `${prefix}${body}${d.broken ? " ⚠" : ""}`;
   return d.derived ? `(${text})` : text;
 }
-
-/** Text of a dimension's value as it was written, for editing. @param {Dimension} d */
-export function writtenText(d) {
-  if (d.value) return d.value.text;
-  if (d.low && d.high) return `${d.low.text} to ${d.high.text}`;
-  return d.low ? `>= ${d.low.text}` : d.high ? `<= ${d.high.text}` : "";
-}
