@@ -133,7 +133,7 @@ class _Radius:
         reach = float(np.hypot(x - values[self._center], y - values[self._center + 1]))
         if reach <= 0.0:
             return None
-        return self._drag.pull(np.array([self._offset]), np.array([reach]), seconds)
+        return self._drag.pull([self._offset], [reach], seconds)
 
 
 def _points(document: Document, handles: Sequence[str]) -> list[str]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -24,6 +23,7 @@ MAX_MESSAGE = 64 * 1024 * 1024
 
 _HEAD = struct.Struct("<IIII")
 _PLACE = struct.Struct("<dd")
+_DRAG_HEAD = DRAG.to_bytes(4, "little")
 _OFFSET, _NUMBER = np.dtype("<u4"), np.dtype("<f8")
 
 
@@ -40,8 +40,7 @@ _ENCODER = msgspec.json.Encoder(enc_hook=_plain)
 _DECODER = msgspec.json.Decoder(dict[str, Any])
 
 
-@dataclass(frozen=True, slots=True)
-class DragTo:
+class DragTo(msgspec.Struct, frozen=True):
     """Where the pointer is, in the sketch.
 
     Attributes
@@ -75,6 +74,11 @@ def frame_message(
             numbers.astype(_NUMBER, copy=False).tobytes(),
         )
     )
+
+
+def is_place(data: bytes | memoryview) -> bool:
+    """Whether a message says that it is a place of the pointer."""
+    return data[:4] == _DRAG_HEAD
 
 
 def received(data: bytes | memoryview) -> DragTo | dict[str, Any]:

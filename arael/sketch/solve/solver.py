@@ -564,14 +564,19 @@ class Drag:
         layout.renew_sides()
         self.began = layout.document.values.copy()
         self.points = np.asarray(at, dtype=np.int64).ravel()
-        self._offsets = np.column_stack([self.points, self.points + 1]).ravel()
-        self._places = self.began[self._offsets].reshape(-1, 2)
+        # lists: a frame has a few numbers, for which NumPy takes longer
+        self._offsets: list[int] = np.column_stack([self.points, self.points + 1]).ravel().tolist()
+        self._places: list[float] = self.began[self._offsets].tolist()
 
     def shift(self, dx: float, dy: float, seconds: float | None = None) -> Outcome:
         """All points to where they were when the drag began, moved by a vector."""
         if not (math.isfinite(dx) and math.isfinite(dy)):
             raise ValueError(f"expected a finite vector, found {dx}, {dy}")
-        return self.pull(self._offsets, (self._places + np.array([dx, dy])).ravel(), seconds)
+        places = self._places.copy()
+        for i in range(0, len(places), 2):
+            places[i] += dx
+            places[i + 1] += dy
+        return self.pull(self._offsets, places, seconds)
 
     def move(self, targets: ArrayLike, seconds: float | None = None) -> Outcome:
         """One frame: points as near to `targets`, (k, 2), as the equations let them.
@@ -587,10 +592,10 @@ class Drag:
         wanted = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
         if wanted.shape != (len(self.points), 2) or not np.isfinite(wanted).all():
             raise ValueError(f"expected {len(self.points)} finite places, found {wanted.shape}")
-        return self.pull(self._offsets, wanted.ravel(), seconds)
+        return self.pull(self._offsets, wanted.ravel().tolist(), seconds)
 
     def pull(
-        self, offsets: NDArray[np.int64], places: Array, seconds: float | None = None
+        self, offsets: Sequence[int], places: Sequence[float], seconds: float | None = None
     ) -> Outcome:
         """One frame: numbers of the document as near to `places` as the equations let them.
 
@@ -610,7 +615,9 @@ class Drag:
             layout.cross_back(crossed)
         return outcome
 
-    def _pulled(self, offsets: NDArray[np.int64], places: Array, seconds: float | None) -> Outcome:
+    def _pulled(
+        self, offsets: Sequence[int], places: Sequence[float], seconds: float | None
+    ) -> Outcome:
         solver, layout = self.solver, self.solver.layout
         x = layout.gather().copy()
         if layout.impossible:
@@ -620,9 +627,9 @@ class Drag:
             self.home = layout.unknowns_at(self.began)
         solver.prepare(x)
         tolerance = solver.tolerances.at(x)
-        # by column, the first of those that coincide; without NumPy, which takes longer for two
+        # by column, the first of those that coincide
         pulled: dict[int, float] = {}
-        for offset, place in zip(offsets.tolist(), places.tolist(), strict=True):
+        for offset, place in zip(offsets, places, strict=True):
             if not layout.is_fixed(offset):
                 pulled.setdefault(layout.root_of(offset), place)
         if not pulled:
