@@ -80,7 +80,7 @@ export function once(work) {
 
 /**
  * Call a function at most once in a while: a little after it was asked for, and not again before.
- * @param {() => number} milliseconds
+ * @param {number} milliseconds
  * @param {() => void} work
  * @returns {() => void}
  */
@@ -90,7 +90,7 @@ export function seldom(milliseconds, work) {
     timer ||= window.setTimeout(() => {
       timer = 0;
       work();
-    }, milliseconds());
+    }, milliseconds);
   };
 }
 

@@ -1,12 +1,13 @@
 /** The line at the bottom: what to do next, the cursor, grid and unit; connection, busy, windows. */
 
 import { shown } from "./amounts.js";
-import { fill, h, once, seldom } from "./dom.js";
+import { fill, h, later, once, seldom } from "./dom.js";
 import { icon } from "./icons.js";
 
-/** Milliseconds between coordinates of the pointer, and in a drag: the page takes 3 ms to put in another text. */
+/** Milliseconds between coordinates of the pointer. */
 const PERIOD = 80;
-const DRAG_PERIOD = 320;
+/** Milliseconds after which it rests: in a drag they are shown then, since to put in another text takes the page 3 ms. */
+const RESTS = 120;
 
 /** @param {import("./app.js").App} app @param {HTMLElement} element */
 export function mountStatus(app, element) {
@@ -20,12 +21,14 @@ export function mountStatus(app, element) {
   fill(element, hint, busy, place, scale, others, link);
 
   app.addEventListener("hint", (event) => fill(hint, /** @type {CustomEvent} */ (event).detail));
-  const showPlace = seldom(() => (app.drag.active ? DRAG_PERIOD : PERIOD), () => {
+  const showPlace = () => {
     const at = app.tools.current.place?.at;
     const digits = Math.max(0, Math.min(9, Math.ceil(Math.log10(view.scale))));
     place.textContent = at ? `${at[0].toFixed(digits)}, ${at[1].toFixed(digits)}` : "";
-  });
-  app.canvas.addEventListener("pointermove", showPlace);
+  };
+  const soon = seldom(PERIOD, showPlace);
+  const rests = later(RESTS, showPlace);
+  app.canvas.addEventListener("pointermove", () => (app.drag.active ? rests : soon)());
   const showScale = once(() => (scale.textContent = view.grid ? `grid ${shown(view.gridStep())} ${store.unit}` : store.unit));
   view.addEventListener("change", showScale);
   store.addEventListener("change", showScale);

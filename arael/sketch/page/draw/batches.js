@@ -66,7 +66,7 @@ export class Batches {
     this.marks = [...marks.values()].sort((a, b) => RANK.indexOf(a.state) - RANK.indexOf(b.state));
     for (const one of this.marks) one.places = new Float64Array(4 * one.offsets.length);
     /** Ends of lines that are drawn by hand. */
-    this._ends = NOWHERE;
+    this._ends = new Float64Array(4 * Math.max(0, ...this.batches.map((one) => one.lines.length)));
     this.meanLength = counted ? total / counted : Infinity;
   }
 
@@ -111,7 +111,6 @@ export class Batches {
     const { x, y, scale: s } = view;
     for (const { state, lines } of this.batches.filter(isSolid)) {
       const count = lines.length;
-      if (this._ends.length < 4 * count) this._ends = new Float64Array(4 * count);
       const ends = this._ends;
       for (let i = 0; i < count; i++) {
         const at = lines[i];

@@ -9,7 +9,7 @@ import { dotsOf } from "./sheet.js";
 /** @typedef {import("./lines.js").Drawn} Drawn */
 
 /** Images that are kept; each theme, state and pixel ratio has its own. */
-const MOST_TEXTS = 300;
+const MOST = 300;
 
 /** Images of texts. @type {Map<string, Int32Array>} */
 const texts = new Map();
@@ -21,9 +21,9 @@ const texts = new Map();
 export function layDimensions(sheet, all, colour, back) {
   const { ratio } = sheet;
   const ink = sheet.colour(colour);
-  const faint = (ink & 0xffffff) | (153 << 24);
   for (const { lines, thin, arrows } of all) {
-    sheet.lines(thin, thin.length / 4, 0.8, faint);
+    // as the canvas draws them, with three fifths of the ink
+    sheet.lines(thin, thin.length / 4, 0.8, (ink & 0xffffff) | (153 << 24));
     sheet.lines(lines, lines.length / 4, 1, ink);
     sheet.arrows(arrows, SLOPE, ink);
   }
@@ -32,7 +32,7 @@ export function layDimensions(sheet, all, colour, back) {
     const key = `${text} ${angle} ${colour} ${back} ${ratio}`;
     let image = texts.get(key);
     if (!image) {
-      if (texts.size >= MOST_TEXTS) texts.clear();
+      if (texts.size >= MOST) texts.clear();
       image = dotsOf(2 * reach, (ctx) => {
         ctx.setTransform(ratio, 0, 0, ratio, reach, reach);
         writer(ctx, colour, back)(text, 0, 0, angle);

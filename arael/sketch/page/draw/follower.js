@@ -63,11 +63,15 @@ export class Follower {
 
 /** @param {Drawn} drawn @param {number} x @param {number} y */
 function shift({ lines, thin, arrows, arcs, text }, x, y) {
-  for (const [all, step] of /** @type {[number[], number][]} */ ([[lines, 2], [thin, 2], [arrows, 2], ...arcs.map((one) => [one, 5])])) {
-    for (let k = 0; k < all.length; k += step) {
+  for (const all of [lines, thin, arrows]) {
+    for (let k = 0; k < all.length; k += 2) {
       all[k] += x;
       all[k + 1] += y;
     }
+  }
+  for (const one of arcs) {
+    one[0] += x;
+    one[1] += y;
   }
   text.x += x;
   text.y += y;

@@ -4,7 +4,7 @@
  */
 
 /** Frames after which the browser has compiled what it will. */
-const FRAMES = 60;
+const FRAMES = 150;
 /** Milliseconds that the page has to have left for a frame. */
 const ENOUGH = 8;
 /** Milliseconds of a frame after which none follows: a page that is asked for something meanwhile waits for it. */

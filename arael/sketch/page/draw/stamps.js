@@ -28,7 +28,8 @@ export function stampMarks(sheet, look, places, count) {
   const half = Math.ceil((r + 4) * ratio) + 1;
   const key = JSON.stringify([look, ratio]);
   if (stamps.size >= MOST) stamps.clear();
-  const images = stamps.get(key) ?? [];
+  // full from the beginning: for arrays with holes the browser compiles its loops anew
+  const images = stamps.get(key) ?? Array(STEPS * STEPS).fill(null);
   stamps.set(key, images);
   for (let i = 0; i < 4 * count; i += 4) {
     const x = Math.round(STEPS * ratio * places[i]);
@@ -36,12 +37,10 @@ export function stampMarks(sheet, look, places, count) {
     const left = Math.floor(x / STEPS);
     const top = Math.floor(y / STEPS);
     const which = STEPS * (y - STEPS * top) + x - STEPS * left;
-    if (!images[which]) {
-      images[which] = dotsOf(2 * half, (ctx) => {
-        ctx.setTransform(ratio, 0, 0, ratio, half + x / STEPS - left, half + y / STEPS - top);
-        markPen(ctx, shape, r, colour, back)(0, 0);
-      });
-    }
+    images[which] ??= dotsOf(2 * half, (ctx) => {
+      ctx.setTransform(ratio, 0, 0, ratio, half + x / STEPS - left, half + y / STEPS - top);
+      markPen(ctx, shape, r, colour, back)(0, 0);
+    });
     sheet.stamp(images[which], left - half, top - half);
   }
 }
