@@ -22,7 +22,8 @@ _STYLE = re.compile(rf"(?P<space>(?:\s|/\*[\s\S]*?\*/)+)|{_STRING}|(?P<mark>[\s\
 
 _NAME = re.compile(r"\s*(?:[.(\[`]|\*\*)")
 """After a word that is a name, or whose value is asked for something."""
-_KEY = re.compile(r"\s*:")
+_KEY = re.compile(r"\s*[:}]")
+"""After a name in an object: a value follows, or it stands for itself."""
 _SHORTER = {"true": "!0", "false": "!1", "undefined": "void 0"}
 
 #: Words after which a slash begins a regular expression: no value ends with them.

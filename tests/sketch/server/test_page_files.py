@@ -128,6 +128,7 @@ def test_a_client_without_decompression_gets_plain_text(browser: TestClient) -> 
             "a = { true: 1, false : 2 }; a.true; true.b; true()",
             "a={true:1,false:2};a.true;true.b;true()",
         ),
+        ("a = { undefined }; b = { c, undefined }", "a={undefined};b={c,undefined}"),
         ("return undefined; a === undefined\nb", "return void 0;a===void 0\nb"),
         ("a < true; b ? c : true\nd", "a< !0;b?c:!0\nd"),
         ("switch (a) {\n}\n(b)", "switch(a){}(b)"),

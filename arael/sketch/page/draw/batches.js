@@ -95,9 +95,10 @@ export class Batches {
   draw(ctx, view, palette, swept) {
     for (const batch of this.batches) this._halo(ctx, view, palette, batch);
     for (const batch of this.batches) this._outline(ctx, view, palette, batch, swept);
-    for (const { look: { shape, r, colour, back }, places, count } of this._marksOf(view, palette, swept)) {
-      const pen = markPen(ctx, shape, r, colour, back);
-      for (let i = 0; i < 4 * count; i += 4) pen(places[i], places[i + 1]);
+    for (const marks of this.marks) {
+      const count = this._placeMarks(marks, view, swept);
+      const pen = markPen(ctx, lookOf(marks, palette));
+      for (let i = 0; i < 4 * count; i += 4) pen(marks.places[i], marks.places[i + 1]);
     }
   }
 
@@ -122,7 +123,7 @@ export class Batches {
       sheet.lines(ends, count, STATES[state].width, sheet.colour(colour(palette, state)));
       swept.addEach(ends, count);
     }
-    for (const { look, places, count } of this._marksOf(view, palette, swept)) stampMarks(sheet, look, places, count);
+    for (const marks of this.marks) stampMarks(sheet, lookOf(marks, palette), marks.places, this._placeMarks(marks, view, swept));
   }
 
   /**
@@ -227,34 +228,37 @@ export class Batches {
   }
 
   /**
-   * Marks by look, and where they are: x, y, x, y, twice the same.
-   * @param {View} view @param {Palette} palette @param {Swept} [swept]
+   * Fill in where marks are: x, y, x, y, twice the same; returns how many there are to be drawn.
+   * @param {Marks} marks @param {View} view @param {Swept} [swept]
    */
-  _marksOf(view, palette, swept) {
+  _placeMarks({ state, large, offsets, places }, view, swept) {
     const v = this.store.values;
     const { x, y, scale: s, width, height } = view;
     const crowded = this.meanLength * s < MARKED;
-    const shown = this.marks.filter(({ state, large }) => large || !crowded || (state !== "free" && state !== "defined"));
-    return shown.map(({ state, large, offsets, places }) => {
-      let count = 0;
-      // ends that coincide have one mark
-      const seen = new Set();
-      for (let i = 0; i < offsets.length; i++) {
-        const px = x + s * v[offsets[i]];
-        const py = y - s * v[offsets[i] + 1];
-        if (px < -9 || py < -9 || px > width + 9 || py > height + 9) continue;
-        const key = Math.round(4 * px) * 0x8000 + Math.round(4 * py);
-        if (seen.has(key)) continue;
-        seen.add(key);
-        places[4 * count] = places[4 * count + 2] = px;
-        places[4 * count + 1] = places[4 * count + 3] = py;
-        count++;
-      }
-      swept?.addEach(places, count);
-      const { end } = STATES[state] ?? STATES.defined;
-      return { look: { shape: end, r: large ? 3.4 : 2.7, colour: colour(palette, state), back: palette.background }, places, count };
-    });
+    if (!large && crowded && (state === "free" || state === "defined")) return 0;
+    let count = 0;
+    // ends that coincide have one mark
+    const seen = new Set();
+    for (let i = 0; i < offsets.length; i++) {
+      const px = x + s * v[offsets[i]];
+      const py = y - s * v[offsets[i] + 1];
+      if (px < -9 || py < -9 || px > width + 9 || py > height + 9) continue;
+      const key = Math.round(4 * px) * 0x8000 + Math.round(4 * py);
+      if (seen.has(key)) continue;
+      seen.add(key);
+      places[4 * count] = places[4 * count + 2] = px;
+      places[4 * count + 1] = places[4 * count + 3] = py;
+      count++;
+    }
+    swept?.addEach(places, count);
+    return count;
   }
+}
+
+/** @param {Marks} marks @param {Palette} palette @returns {import("./paths.js").Look} */
+function lookOf({ state, large }, palette) {
+  const { end } = STATES[state] ?? STATES.defined;
+  return { shape: end, r: large ? 3.4 : 2.7, colour: colour(palette, state), back: palette.background };
 }
 
 /** Whether lines of a batch are neither dashed nor have a halo. @param {Batch} batch */

@@ -6,6 +6,12 @@ import { conicPoint } from "../geometry/conics.js";
  * @typedef {import("../types.js").Point} Point
  * @typedef {import("../types.js").Curve} Curve
  * @typedef {import("../view.js").View} View
+ * @typedef {object} Look  of a mark
+ * @property {"ring"|"disc"|"square"|"diamond"|"cross"} shape
+ * @property {number} r
+ * @property {string} colour
+ * @property {string} back  inside of rings, squares and diamonds
+ *
  * @typedef {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D|Path2D} Pen
  */
 
@@ -66,13 +72,10 @@ export function disc(pen, x, y, r) {
  * Draws marks of points in one of five shapes. Each is drawn by itself, rings as a disc in a disc: the
  * rasteriser has a quick way for one circle or rectangle, and none for a path of many.
  * @param {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D} ctx
- * @param {"ring"|"disc"|"square"|"diamond"|"cross"} shape
- * @param {number} r
- * @param {string} colour
- * @param {string} back  colour inside of rings, squares and diamonds
+ * @param {Look} look
  * @returns {(x: number, y: number) => void}
  */
-export function markPen(ctx, shape, r, colour, back) {
+export function markPen(ctx, { shape, r, colour, back }) {
   const line = shape === "cross" ? 2.2 : 1.5;
   const fill = (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ radius, /** @type {string} */ with_) => {
     ctx.fillStyle = with_;

@@ -177,12 +177,12 @@ export class Sheet {
    */
   put(ctx, swept) {
     const size = STRIP * this.height;
-    this._strips.forEach((strip, i) => {
+    for (let i = 0; i < this._strips.length; i++) {
       const [top, bottom] = swept.rows(i);
-      if (bottom <= top) return;
-      ctx.putImageData(strip, STRIP * i, 0, 0, top, STRIP, bottom - top);
+      if (bottom <= top) continue;
+      ctx.putImageData(this._strips[i], STRIP * i, 0, 0, top, STRIP, bottom - top);
       this._pixels.fill(0, size * i + STRIP * top, size * i + STRIP * bottom);
-    });
+    }
   }
 }
 

@@ -17,15 +17,14 @@ const stamps = new Map();
 /**
  * Lay marks of one look.
  * @param {import("./sheet.js").Sheet} sheet
- * @param {{shape: "ring"|"disc"|"square"|"diamond"|"cross", r: number, colour: string, back: string}} look
+ * @param {import("./paths.js").Look} look
  * @param {Float64Array} places  x, y, x, y, twice the same
  * @param {number} count
  */
 export function stampMarks(sheet, look, places, count) {
   const { ratio } = sheet;
-  const { shape, r, colour, back } = look;
   // the tips of a diamond reach farthest
-  const half = Math.ceil((r + 4) * ratio) + 1;
+  const half = Math.ceil((look.r + 4) * ratio) + 1;
   const key = JSON.stringify([look, ratio]);
   if (stamps.size >= MOST) stamps.clear();
   // full from the beginning: for arrays with holes the browser compiles its loops anew
@@ -39,7 +38,7 @@ export function stampMarks(sheet, look, places, count) {
     const which = STEPS * (y - STEPS * top) + x - STEPS * left;
     images[which] ??= dotsOf(2 * half, (ctx) => {
       ctx.setTransform(ratio, 0, 0, ratio, half + x / STEPS - left, half + y / STEPS - top);
-      markPen(ctx, shape, r, colour, back)(0, 0);
+      markPen(ctx, look)(0, 0);
     });
     sheet.stamp(images[which], left - half, top - half);
   }
