@@ -42,15 +42,15 @@ function drawn(draw, sheet = new Sheet()) {
   return (/** @type {number} */ x, /** @type {number} */ y) => pixels.get(`${x} ${y}`);
 }
 
-/** Share of a pixel inside of a line, by trial. */
-function covered([x1, y1, x2, y2, width], x, y) {
+/** Share of a pixel inside of a line, by trial; `slope`: by how much it is wider on each side further along. */
+function covered([x1, y1, x2, y2, width], x, y, slope = 0) {
   const long = Math.hypot(x2 - x1, y2 - y1);
   const [ux, uy] = [(x2 - x1) / long, (y2 - y1) / long];
   let count = 0;
   for (let k = 0; k < 400; k++) {
     const [dx, dy] = [x + ((k % 20) + 0.5) / 20 - x1, y + (Math.floor(k / 20) + 0.5) / 20 - y1];
     const along = dx * ux + dy * uy;
-    if (Math.abs(dx * uy - dy * ux) < width / 2 && along > 0 && along < long) count++;
+    if (Math.abs(dx * uy - dy * ux) < width / 2 + slope * along && along > 0 && along < long) count++;
   }
   return count / 400;
 }
@@ -73,28 +73,15 @@ test("a line covers each pixel by its area", () => {
   }
 });
 
-/** Share of a pixel inside of a triangle, by trial. */
-function inTriangle([x1, y1, x2, y2, slope], x, y) {
-  const long = Math.hypot(x2 - x1, y2 - y1);
-  const [ux, uy] = [(x2 - x1) / long, (y2 - y1) / long];
-  let count = 0;
-  for (let k = 0; k < 400; k++) {
-    const [dx, dy] = [x + ((k % 20) + 0.5) / 20 - x1, y + (Math.floor(k / 20) + 0.5) / 20 - y1];
-    const along = dx * ux + dy * uy;
-    if (Math.abs(dx * uy - dy * ux) < slope * along && along < long) count++;
-  }
-  return count / 400;
-}
-
 test("an arrow covers each pixel by its area, in any direction", () => {
   for (let turn = 0; turn < 32; turn++) {
     const angle = (turn * Math.PI) / 16;
-    const one = [100.3, 70.6, 100.3 + 9 * Math.cos(angle), 70.6 + 9 * Math.sin(angle), 0.28];
+    const one = [100.3, 70.6, 100.3 + 9 * Math.cos(angle), 70.6 + 9 * Math.sin(angle), 0];
     const at = drawn((sheet) => sheet.arrows(one.slice(0, 4), 0.28, RED));
     let [sum, all] = [0, 0];
     for (let y = 55; y < 86; y++) {
       for (let x = 85; x < 116; x++) {
-        const [alpha, wanted] = [at(x, y)[3] / 255, inTriangle(one, x, y)];
+        const [alpha, wanted] = [at(x, y)[3] / 255, covered(one, x, y, 0.28)];
         // at its corners edges are multiplied
         assert.ok(Math.abs(alpha - wanted) < 0.2, `${turn}: ${x}, ${y}: ${alpha}, not ${wanted}`);
         sum += Math.abs(alpha - wanted);

@@ -16,8 +16,8 @@ class QuickSocket(WebSocketsSansIOProtocol):
     """A connection that gives messages to a function as soon as they are read, if it takes them.
 
     An application gets its messages from a queue, by a task of its own, and sends by another one:
-    of a frame of a drag of 500 constraints that is a tenth of the server's time. Everything that
-    WebSockets require is done by the library all the same.
+    of a frame of a drag of 500 constraints that is 15 % of the server's processor time. Everything
+    that WebSockets require is done by the library all the same.
 
     The application finds this object in the scope, as the extension `EXTENSION`.
 

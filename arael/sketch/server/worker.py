@@ -73,8 +73,8 @@ class Worker:
 
         Parameters
         ----------
-        soon : calls a function in a thread of the caller, after the messages that it has received
-            already; None: only the worker's thread makes frames
+        soon : calls a function in a thread of the caller, at once or after the messages that it has
+            received already; None: only the worker's thread makes frames
         """
         if isinstance(message, DragTo):
             with self._wake:

@@ -433,6 +433,9 @@ def test_what_is_drawn_by_hand_looks_like_what_the_canvas_draws(page: Any) -> No
     wait(page, "app.store.dragging && app.wire.delay === 0 && !app.renderer.pending")
     assert page.evaluate("app.renderer.annotations._moving.dimensions.length") == 7
     inked, mean, far = page.evaluate(BY_HAND_OR_NOT)
+    # the pointer rests: its coordinates are shown
+    shown = "document.querySelector('.status-place').textContent.split(', ').map(Number)"
+    wait(page, f"app.tools.current.place.at.every((x, i) => Math.abs(x - {shown}[i]) < 0.1)")
     page.mouse.up()
     assert inked > 3000
     assert mean < 0.04

@@ -49,12 +49,13 @@ export function drawDimensions(ctx, all, colour, back, dash = []) {
   ctx.fill();
   ctx.save();
   const write = writer(ctx, colour, back);
+  // at whole pixels, as by hand: a text is not moved when a drag ends
   for (const { text: { x, y, angle, text } } of all) write(text, Math.round(x), Math.round(y), angle);
   ctx.restore();
 }
 
 /**
- * Writes texts of dimensions around a place: upright ones are at whole pixels, in a drag too.
+ * Writes texts of dimensions around a place.
  * @param {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D} ctx @param {string} colour @param {string} back
  */
 export function writer(ctx, colour, back) {
