@@ -14,6 +14,7 @@ from pygls.lsp.client import LanguageClient
 
 from arael.diagnostics.records import Source
 from arael.syntax.fmt import format_source
+from tests.event_loop import completed
 from tests.lsp.texts import MODEL
 
 WAIT = 60.0
@@ -122,7 +123,7 @@ def session(path: Path, work: Callable[[Editor], Awaitable[None]], *, start: boo
         finally:
             await editor.stop()
 
-    asyncio.run(run())
+    completed(run())
 
 
 def test_a_model_is_typed(tmp_path: Path) -> None:

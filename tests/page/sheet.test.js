@@ -17,7 +17,20 @@ before(() => {
     }
   };
 });
-after(() => delete globalThis.ImageData);
+after(() => {
+  delete globalThis.ImageData;
+  delete globalThis.OffscreenCanvas;
+});
+
+/** Have canvases that show one colour without holes. @param {number[]} rgb */
+function grounds(rgb) {
+  globalThis.OffscreenCanvas = class {
+    getContext() {
+      const getImageData = (x, y, w, h) => ({ data: Uint8ClampedArray.from({ length: 4 * w * h }, (_, i) => [...rgb, 255][i % 4]) });
+      return { canvas: this, drawImage() {}, getImageData };
+    }
+  };
+}
 
 /** One line, as of a list of several. */
 const line = (sheet, [...ends], width, colour) => sheet.lines(Float64Array.from(ends), 1, width, colour);
@@ -136,4 +149,27 @@ test("one colour twice covers more, and a drawing begins empty", () => {
   }, sheet);
   assert.deepEqual(at(20, 49), [255, 0, 0, 112]);
   assert.deepEqual(drawn(() => {}, sheet)(20, 49), [0, 0, 0, 0]);
+});
+
+test("over a ground the share of a colour is that of the pixel, and the ground is there again afterwards", () => {
+  const [red, green, blue] = [200, 17, 90];
+  grounds([red, green, blue]);
+  const sheet = new Sheet();
+  const below = /** @type {any} */ ({});
+  sheet.begin(WIDTH, HEIGHT, 1);
+  sheet.lay(below);
+  assert.equal(sheet.below, below);
+  const dots = Array.from({ length: 256 }, (_, alpha) => [alpha % 16, Math.floor(alpha / 16), 0x20c805, alpha]).flat();
+  const at = drawn((one) => one.stamp(Int32Array.from(dots), 60, 20), sheet);
+  for (let alpha = 0; alpha < 256; alpha++) {
+    const found = at(60 + (alpha % 16), 20 + Math.floor(alpha / 16));
+    const wanted = [[5, red], [200, green], [32, blue]].map(([over, under]) => under + ((over - under) * alpha) / 255);
+    wanted.forEach((one, k) => assert.ok(Math.abs(found[k] - one) < 1.3, `${alpha}: ${found}, not ${wanted}`));
+    assert.equal(found[3], 255);
+  }
+  assert.deepEqual(at(199, 149), [red, green, blue, 255]);
+  assert.deepEqual(drawn(() => {}, sheet)(60, 35), [red, green, blue, 255]);
+  sheet.lay(null);
+  assert.deepEqual(drawn((one) => line(one, [10, 50, 100, 50], 0.5, RED), sheet)(20, 49), [255, 0, 0, 64]);
+  assert.deepEqual(drawn(() => {}, sheet)(60, 35), [0, 0, 0, 0]);
 });

@@ -24,7 +24,7 @@ import { picked } from "./picked.js";
  */
 
 /** Groups in the order of the help. @type {Readonly<Record<string, string>>} */
-export const GROUPS = Object.freeze({
+export const GROUPS = {
   tool: "Tools",
   constrain: "Constraints",
   dimension: "Dimensions",
@@ -33,7 +33,7 @@ export const GROUPS = Object.freeze({
   panels: "Panels",
   file: "Files",
   help: "Help",
-});
+};
 
 /**
  * @param {readonly import("./types.js").ToolSpec[]} tools
@@ -94,13 +94,14 @@ export function allActions(tools) {
 
 /** The actions of an application. */
 export class Actions {
+  /** @type {Map<string, Action>} */
+  byKey = new Map();
+
   /** @param {App} app */
   constructor(app) {
     this.app = app;
     this.list = allActions(app.tools.table);
     this.byId = new Map(this.list.map((one) => [one.id, one]));
-    /** @type {Map<string, Action>} */
-    this.byKey = new Map();
     for (const one of this.list) {
       for (const key of [one.key, ...(one.also ?? [])]) if (key) this.byKey.set(key, one);
     }

@@ -23,9 +23,9 @@ function ask(app, message) {
   const buttons = h(
     "div",
     { class: "offers" },
-    h("button", { type: "button", class: "button primary", onclick: () => answer(true) }, "Allow"),
-    h("button", { type: "button", class: "button", onclick: () => answer(false) }, "Refuse"),
-    h("button", { type: "button", class: "button", onclick: () => answer(true, true) }, "Always allow"),
+    h("button", { class: "button primary", onclick: () => answer(true) }, "Allow"),
+    h("button", { class: "button", onclick: () => answer(false) }, "Refuse"),
+    h("button", { class: "button", onclick: () => answer(true, true) }, "Always allow"),
   );
   const note = app.notes?.show({
     level: "warning",

@@ -27,6 +27,32 @@ import { Wire } from "./wire.js";
 
 /** What `mountPanels` sets is null before it. */
 export class App extends EventTarget {
+  store = new Store();
+  view = new View();
+  picker = new Picker(this.store, this.view);
+  snapper = new Snapper(this.store, this.view, this.picker);
+  /** What is shown of the drawing. @type {Record<string, boolean>} */
+  shown = { dimensions: true, glyphs: true, points: true, construction: true };
+  /** @type {import("./theme.js").Theme|null} */
+  theme = null;
+  /** Place for typed values. @type {import("./typing.js").Typing|null} */
+  typing = null;
+  /** @type {import("./notes.js").Notes|null} */
+  notes = null;
+  /** @type {import("./field.js").Field|null} */
+  field = null;
+  /** @type {import("./files.js").Files|null} */
+  files = null;
+  /** @type {import("./help.js").Help|null} */
+  help = null;
+  /** @type {import("./tour.js").Tour|null} */
+  tour = null;
+  /** @type {import("./panels/dock.js").Dock|null} */
+  panels = null;
+  /** @type {import("./keys.js").Keys|null} */
+  keys = null;
+  _fitted = false;
+
   /**
    * @param {HTMLElement} root  holds the elements of index.html
    * @param {import("./transport.js").Connect} connect
@@ -34,40 +60,15 @@ export class App extends EventTarget {
   constructor(root, connect) {
     super();
     this.root = root;
-    this.store = new Store();
     this.wire = new Wire(this.store, connect);
-    this.view = new View();
     this.canvas = /** @type {HTMLElement} */ (root.querySelector("#canvas"));
-    /** What is shown of the drawing. @type {Record<string, boolean>} */
-    this.shown = { dimensions: true, glyphs: true, points: true, construction: true };
     /** Table of all actions. @type {import("./actions.js").Actions} */
     this.actions = /** @type {any} */ (null);
-    /** @type {import("./theme.js").Theme|null} */
-    this.theme = null;
-    /** Place for typed values. @type {import("./typing.js").Typing|null} */
-    this.typing = null;
-    /** @type {import("./notes.js").Notes|null} */
-    this.notes = null;
-    /** @type {import("./field.js").Field|null} */
-    this.field = null;
-    /** @type {import("./files.js").Files|null} */
-    this.files = null;
-    /** @type {import("./help.js").Help|null} */
-    this.help = null;
-    /** @type {import("./tour.js").Tour|null} */
-    this.tour = null;
-    /** @type {import("./panels/dock.js").Dock|null} */
-    this.panels = null;
-    /** @type {import("./keys.js").Keys|null} */
-    this.keys = null;
-    this.picker = new Picker(this.store, this.view);
-    this.snapper = new Snapper(this.store, this.view, this.picker);
     this.renderer = new Renderer(this);
     this.picker.annotations = () => this.renderer.annotations.places;
     this.drag = new DragControl(this);
     this.tools = new Toolbox(this);
     this.pointer = new Pointer(this);
-    this._fitted = false;
     this._follow();
   }
 

@@ -20,6 +20,10 @@ export function replaced(text, stretch, word) {
 
 /** Words for one field. */
 export class Completion {
+  /** @type {string[]} */
+  words = [];
+  chosen = -1;
+
   /**
    * @param {import("./app.js").App} app
    * @param {HTMLInputElement} input
@@ -32,10 +36,7 @@ export class Completion {
     this.line = line;
     this.id = `words-${++count}`;
     this.list = h("ul", { class: "words", role: "listbox", id: this.id, hidden: true, "aria-label": "completions" });
-    /** @type {string[]} */
-    this.words = [];
     this.stretch = { from: 0, to: 0 };
-    this.chosen = -1;
     input.setAttribute("role", "combobox");
     input.setAttribute("aria-autocomplete", "list");
     input.setAttribute("aria-controls", this.id);

@@ -16,8 +16,10 @@
  */
 export function h(tag, props = {}, ...children) {
   const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(props)) {
-    if (value === false || value === null || value === undefined) continue;
+  // one without a type would send the form that it is in
+  const all = tag === "button" ? { type: tag, ...props } : props;
+  for (const [name, value] of Object.entries(all)) {
+    if ((value ?? false) === false) continue;
     if (name.startsWith("on")) {
       element.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
     } else element.setAttribute(name, value === true ? "" : String(value));
@@ -33,7 +35,7 @@ export function h(tag, props = {}, ...children) {
  */
 export function put(element, children) {
   for (const child of children) {
-    if (child === null || child === undefined || child === false) continue;
+    if ((child ?? false) === false) continue;
     element.append(child instanceof Node ? child : String(child));
   }
 }

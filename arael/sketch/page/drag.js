@@ -6,11 +6,12 @@
 const WATCH = 50;
 
 export class DragControl {
+  active = false;
+  _timer = 0;
+
   /** @param {import("./app.js").App} app */
   constructor(app) {
     this.app = app;
-    this.active = false;
-    this._timer = 0;
   }
 
   /**

@@ -86,7 +86,7 @@ function offer(app, command, again) {
     if (reply.ok) note?.remove();
   };
   return points(
-    h("button", { type: "button", class: "button", title: text, onclick: run }, again ? `${command} and repeat` : command),
+    h("button", { class: "button", title: text, onclick: run }, again ? `${command} and repeat` : command),
     app.store,
     () => names,
   );

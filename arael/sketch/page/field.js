@@ -14,11 +14,12 @@ const KEY = "commands";
 
 /** Lines that were entered: going back keeps what was being written. */
 export class Past {
+  draft = "";
+
   /** @param {string[]} lines  oldest first */
   constructor(lines) {
     this.lines = lines.slice(-KEPT);
     this.at = this.lines.length;
-    this.draft = "";
   }
 
   /** @param {string} line */
@@ -55,12 +56,13 @@ function kept() {
 }
 
 export class Field {
+  /** Usage of every command, asked once. @type {Map<string, string>|null} */
+  usages = null;
+
   /** @param {App} app @param {HTMLElement} element */
   constructor(app, element) {
     this.app = app;
     this.past = new Past(kept());
-    /** Usage of every command, asked once. @type {Map<string, string>|null} */
-    this.usages = null;
     this.input = h("input", {
       type: "text",
       id: "command",
@@ -137,7 +139,7 @@ export class Field {
     const { store } = this.app;
     const close = h(
       "button",
-      { type: "button", class: "close", "aria-label": "close the reply", onclick: () => (this.output.hidden = true) },
+      { class: "close", "aria-label": "close the reply", onclick: () => (this.output.hidden = true) },
       icon("close"),
     );
     if (reply.ok) {

@@ -91,8 +91,8 @@ export class Files {
       h(
         "div",
         { class: "dialog-buttons" },
-        h("button", { type: "button", class: "button", onclick: () => dialog.close() }, "None"),
-        h("button", { type: "button", class: "button primary", onclick: accept }, "Accept"),
+        h("button", { class: "button", onclick: () => dialog.close() }, "None"),
+        h("button", { class: "button primary", onclick: accept }, "Accept"),
       ),
     );
     dialog.addEventListener("close", () => dialog.remove());

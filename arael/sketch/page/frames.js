@@ -5,7 +5,7 @@
 
 export const JSON_KIND = 1;
 export const NUMBERS_KIND = 2;
-export const POINTER_KIND = 3;
+const POINTER_KIND = 3;
 const HEAD = 16;
 
 const encoder = new TextEncoder();

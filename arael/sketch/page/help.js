@@ -11,7 +11,7 @@ import { keyName } from "./keys.js";
  */
 
 /** What the pointer does, for the help and the documents. */
-export const POINTER = Object.freeze([
+export const POINTER = [
   { key: "Click", title: "Pick, or set a point; with Shift add to the selection" },
   { key: "Drag", title: "Move points, curves, dimension texts; from an empty place select by a box" },
   { key: "Drag with the middle button", title: "Pan; with two fingers on a touch screen" },
@@ -19,23 +19,24 @@ export const POINTER = Object.freeze([
   { key: "Double click", title: "Select a chain; edit a dimension" },
   { key: "Right click", title: "Finish what is drawn" },
   { key: "Ctrl, or B", title: "No automatic constraints while it is held" },
-]);
+];
 
 /** Keys of the drawing itself, for the help and the documents. */
-export const DRAWING = Object.freeze([
+export const DRAWING = [
   { key: "Arrow keys", title: "Move the drawing cursor by a grid step (Shift: 50 pixels, Alt: 1 pixel)" },
   { key: "Enter", title: "Click at the cursor; enter a typed value" },
   { key: "0-9", title: "Type a length or an angle while drawing" },
   { key: "Tab", title: "Next value while drawing; next of several things below the cursor" },
   { key: "Escape", title: "Drop what was begun, then the tool, then the selection" },
-]);
+];
 
 export class Help {
+  /** @type {HTMLDialogElement|null} */
+  dialog = null;
+
   /** @param {App} app */
   constructor(app) {
     this.app = app;
-    /** @type {HTMLDialogElement|null} */
-    this.dialog = null;
   }
 
   /** @param {"keys"|"manual"} page */
@@ -46,12 +47,12 @@ export class Help {
     const tabs = /** @type {const} */ (["keys", "manual"]).map((id) =>
       h(
         "button",
-        { type: "button", class: "help-tab", "aria-pressed": String(id === page), onclick: () => this.open(id) },
+        { class: "help-tab", "aria-pressed": String(id === page), onclick: () => this.open(id) },
         id === "keys" ? "Keys and tools" : "Commands",
       ),
     );
     const dialog = h("dialog", { class: "dialog help", "aria-label": "help" });
-    const close = h("button", { type: "button", class: "close", "aria-label": "close the help", onclick: () => dialog.close() }, icon("close"));
+    const close = h("button", { class: "close", "aria-label": "close the help", onclick: () => dialog.close() }, icon("close"));
     fill(dialog, h("div", { class: "help-head" }, ...tabs, search, close), body);
     dialog.addEventListener("close", () => dialog.remove());
     dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
@@ -100,7 +101,7 @@ export class Help {
     };
     return h(
       "button",
-      { type: "button", class: "help-row", onclick: run, title: one.needs ? `needs ${one.needs}` : null },
+      { class: "help-row", onclick: run, title: one.needs ? `needs ${one.needs}` : null },
       icon(one.id),
       h("span", {}, one.title),
       one.key ? h("kbd", {}, one.key) : null,
@@ -142,7 +143,7 @@ export class Help {
         text.startsWith("```") ? h("pre", {}, text.replaceAll(/```\n?/g, "").trim()) : h("p", {}, text.replaceAll("`", "").replaceAll("\n", " ")),
       ),
       one.aliases.length ? h("p", { class: "hint" }, `Also: ${one.aliases.join(", ")}`) : null,
-      h("button", { type: "button", class: "button", onclick: write }, "Write it in the command field"),
+      h("button", { class: "button", onclick: write }, "Write it in the command field"),
     );
   }
 }

@@ -10,7 +10,7 @@ const EYE = "M2 10c3-6 13-6 16 0c-3 6-13 6-16 0z";
 const PAGE = "M5 2.5h7l3 3v12h-10zM12 2.5v3h3";
 
 /** @type {Readonly<Record<string, string[]>>} */
-const ICONS = Object.freeze({
+const ICONS = {
   // tools
   tool_select: ["M5 3l10 7-5 .8L7.5 16z"],
   tool_line: ["M4 16L16 4", DOT(4, 16), DOT(16, 4)],
@@ -134,7 +134,7 @@ const ICONS = Object.freeze({
   warning: ["M10 3L18 16.5H2zM10 8v4M10 14v.3"],
   error: ["M6.8 2.5h6.4l4.3 4.3v6.4l-4.3 4.3H6.8l-4.3-4.3V6.8zM10 6.5v4.5M10 13.4v.3"],
   agent: ["M5 7h10v8h-10zM10 3.5V7M8 10.5v1M12 10.5v1M2.5 10v3M17.5 10v3"],
-});
+};
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
 

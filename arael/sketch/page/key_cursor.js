@@ -6,15 +6,15 @@ const FINE = 1;
 const COARSE = 50;
 const USUAL = 10;
 /** Identifies the pointer events of the keyboard. */
-export const KEY_POINTER = -1;
+const KEY_POINTER = -1;
 
 /** @type {Readonly<Record<string, [number, number]>>} */
-const MOVES = Object.freeze({
+const MOVES = {
   ArrowLeft: [-1, 0],
   ArrowRight: [1, 0],
   ArrowUp: [0, -1],
   ArrowDown: [0, 1],
-});
+};
 
 /**
  * Where the cursor goes by a key: a grid step of the sketch, a pixel with Alt, 50 pixels with Shift.
@@ -33,13 +33,14 @@ export function moved(at, key, modifiers, step) {
 
 /** The cursor that the keys move; the canvas gets events as of a mouse. */
 export class KeyCursor {
+  /** @type {[number, number]|null} */
+  at = null;
+  /** Whether it was clicked where it is. */
+  clicked = false;
+
   /** @param {import("./app.js").App} app */
   constructor(app) {
     this.app = app;
-    /** @type {[number, number]|null} */
-    this.at = null;
-    /** Whether it was clicked where it is. */
-    this.clicked = false;
     this.mark = h("div", { class: "key-cursor", hidden: true });
     app.canvas.append(this.mark);
     app.canvas.addEventListener("pointermove", (event) => event.pointerId !== KEY_POINTER && this._hide());

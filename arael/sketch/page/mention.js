@@ -93,7 +93,7 @@ export function mentioning(store, text) {
   return pieces(text, (name) => store.has(name)).map((piece) =>
     piece.names.length
       ? points(
-          h("button", { class: "name", type: "button", onclick: () => store.select(piece.names) }, piece.text),
+          h("button", { class: "name", onclick: () => store.select(piece.names) }, piece.text),
           store,
           () => piece.names,
         )

@@ -17,12 +17,12 @@ import { icon } from "./icons.js";
  * @property {() => unknown} run
  */
 
-const UNITS = Object.freeze(["mm", "cm", "m", "in"]);
-const THEMES = Object.freeze([
+const UNITS = ["mm", "cm", "m", "in"];
+const THEMES = [
   { id: "auto", title: "Theme as the system" },
   { id: "light", title: "Light" },
   { id: "dark", title: "Dark" },
-]);
+];
 
 /** @param {App} app @param {string} id @returns {Item} */
 function action(app, id) {
@@ -37,7 +37,7 @@ function action(app, id) {
 }
 
 /** Items of each menu, null for a line between them. @type {Readonly<Record<string, (app: App) => (Item|null)[]>>} */
-const MENUS = Object.freeze({
+const MENUS = {
   File: (app) => [
     action(app, "save"),
     action(app, "import"),
@@ -78,7 +78,7 @@ const MENUS = Object.freeze({
     })),
   ],
   Help: (app) => [action(app, "manual"), action(app, "keys"), action(app, "tour")],
-});
+};
 
 /** @param {App} app @param {HTMLElement} element */
 export function mountMenus(app, element) {
@@ -95,7 +95,6 @@ function menu(app, title, items) {
   const button = h(
     "button",
     {
-      type: "button",
       class: "menu-title",
       role: "menuitem",
       "aria-haspopup": "menu",
@@ -127,7 +126,6 @@ function menu(app, title, items) {
     return h(
       "button",
       {
-        type: "button",
         class: "menu-item",
         role,
         "aria-checked": item.checked === undefined ? null : String(item.checked),

@@ -109,7 +109,7 @@ window.app = start(document.body, window.frameElement.araelConnect);
  * @param {string} window  identifies this view
  * @returns {Connect}
  */
-export function overWidget(model, window) {
+function overWidget(model, window) {
   return (since, handlers) => {
     /** @type {(content: any, buffers: DataView[]) => void} */
     const receive = (content, buffers) => {

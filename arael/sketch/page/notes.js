@@ -75,7 +75,7 @@ export class Notes {
     if (key) this.close(key);
     const close = h(
       "button",
-      { type: "button", class: "close", "aria-label": "close the message", onclick: () => this._remove(note) },
+      { class: "close", "aria-label": "close the message", onclick: () => this._remove(note) },
       icon("close"),
     );
     const role = level === "error" ? "alert" : "status";

@@ -7,7 +7,7 @@ import { icon } from "./icons.js";
 /** @typedef {import("./app.js").App} App */
 
 /** Families of tools, the first one in front; tools that stand in none are families of their own. */
-export const FAMILIES = Object.freeze([
+const FAMILIES = [
   { title: "rectangles", tools: ["rect", "rect3", "rectcenter"] },
   { title: "circles", tools: ["circle", "circle2", "circle3", "circle2t", "circle3t"] },
   { title: "arcs", tools: ["arc", "arc_center", "arc_tangent"] },
@@ -17,7 +17,7 @@ export const FAMILIES = Object.freeze([
   { title: "cuts", tools: ["trim", "split", "extend"] },
   { title: "copies", tools: ["offset", "offset_line", "mirror", "pattern_circular", "pattern_rect"] },
   { title: "transforms", tools: ["move", "rotate", "scale"] },
-]);
+];
 
 /**
  * The tools as they are shown: families in the order of their first tool.
@@ -72,7 +72,6 @@ function slot(app, family) {
   const opener = h(
     "button",
     {
-      type: "button",
       class: "opener",
       "aria-label": `more ${family.title}`,
       "aria-expanded": "false",

@@ -14,27 +14,28 @@ import { boxOfText, isInText } from "./geometry/lettering.js";
  */
 
 /** Tolerances in pixels. */
-export const TOLERANCE = Object.freeze({ mouse: 7, touch: 18 });
+export const TOLERANCE = { mouse: 7, touch: 18 };
 
 export class Picker {
+  /** Reach of the pointer in pixels. @type {number} */
+  tolerance = TOLERANCE.mouse;
+  /** Glyphs and texts on the screen, set by the renderer. @type {() => import("./draw/places.js").Places<string>|null} */
+  annotations = () => null;
+  /** @type {Grid|null} */
+  _grid = null;
+  /** Whether numbers may have changed since rectangles were entered. */
+  _stale = true;
+  /** Entities that are new or have another place in the numbers. @type {Set<string>} */
+  _fresh = new Set();
+  /** Entity of each number; null: to be found again. @type {Entity[]|null} */
+  _owners = null;
+  /** The numbers whose rectangles are entered. */
+  _entered = new Float64Array(0);
+
   /** @param {import("./store.js").Store} store @param {import("./view.js").View} view */
   constructor(store, view) {
     this.store = store;
     this.view = view;
-    /** Reach of the pointer in pixels. @type {number} */
-    this.tolerance = TOLERANCE.mouse;
-    /** Glyphs and texts on the screen, set by the renderer. @type {() => import("./draw/places.js").Places<string>|null} */
-    this.annotations = () => null;
-    /** @type {Grid|null} */
-    this._grid = null;
-    /** Whether numbers may have changed since rectangles were entered. */
-    this._stale = true;
-    /** Entities that are new or have another place in the numbers. @type {Set<string>} */
-    this._fresh = new Set();
-    /** Entity of each number; null: to be found again. @type {Entity[]|null} */
-    this._owners = null;
-    /** The numbers whose rectangles are entered. */
-    this._entered = new Float64Array(0);
   }
 
   /** Records changed. @param {import("./store.js").ChangeDetail} detail */

@@ -12,27 +12,32 @@ const SLACK = 6;
 const DOUBLE_MILLIS = 350;
 
 export class Pointer {
+  /** Fingers that are down. @type {Map<number, Point>} */
+  _fingers = new Map();
+  /** @type {{place: Place, button: number, moved: boolean}|null} */
+  _press = null;
+  /** @type {Point|null} */
+  _pan = null;
+  _pinched = false;
+  /** The last click. */
+  _last = { at: /** @type {Point} */ ([0, 0]), time: -Infinity };
+  /** Whether a key holds automatic constraints off. */
+  bare = false;
+
   /** @param {import("./app.js").App} app */
   constructor(app) {
     this.app = app;
-    /** Fingers that are down. @type {Map<number, Point>} */
-    this._fingers = new Map();
-    /** @type {{place: Place, button: number, moved: boolean}|null} */
-    this._press = null;
-    /** @type {Point|null} */
-    this._pan = null;
-    this._pinched = false;
-    this._last = { at: /** @type {Point} */ ([0, 0]), time: -Infinity };
-    /** Whether a key holds automatic constraints off. */
-    this.bare = false;
     const { canvas } = app;
     canvas.addEventListener("pointerdown", (event) => this._down(event));
-    canvas.addEventListener("pointermove", (event) => this._move(event));
     // `pointermove` waits for the next refresh of the screen; a drag takes the pointer as it comes, in
-    // browsers that have this event
+    // browsers that have this event, and then need not take it twice
+    let taken = 0;
     canvas.addEventListener("pointerrawupdate", (event) => {
-      if (app.drag.active && this._press) this._move(/** @type {PointerEvent} */ (event));
+      if (!app.drag.active || !this._press) return;
+      taken = event.timeStamp;
+      this._move(/** @type {PointerEvent} */ (event));
     });
+    canvas.addEventListener("pointermove", (event) => event.timeStamp > taken && this._move(event));
     canvas.addEventListener("pointerup", (event) => this._up(event));
     canvas.addEventListener("pointercancel", (event) => this._cancel(event));
     canvas.addEventListener("pointerleave", () => this._leave());

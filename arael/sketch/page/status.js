@@ -37,7 +37,7 @@ export function mountStatus(app, element) {
     const message = /** @type {CustomEvent} */ (event).detail;
     if (message.type === "hello") showScale();
     if (message.type === "busy") {
-      const stop = h("button", { type: "button", class: "button", onclick: () => wire.breakOff() }, "Break off");
+      const stop = h("button", { class: "button", onclick: () => wire.breakOff() }, "Break off");
       fill(busy, h("span", { class: "spinner", "aria-hidden": "true" }), `solving${message.what ? `: ${message.what}` : ""}`, stop);
       busy.hidden = false;
     }

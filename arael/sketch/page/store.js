@@ -17,37 +17,34 @@ const TABLES = /** @type {const} */ (["entities", "constraints", "dimensions", "
  * "status" (hello, saved, presence, busy, idle, agent, view: `detail` is the message), "message", "reply".
  */
 export class Store extends EventTarget {
-  constructor() {
-    super();
-    /** @type {Map<string, Entity>} */
-    this.entities = new Map();
-    /** @type {Map<string, import("./types.js").Constraint>} */
-    this.constraints = new Map();
-    /** @type {Map<string, import("./types.js").Dimension>} */
-    this.dimensions = new Map();
-    /** @type {Map<string, import("./types.js").Parameter>} */
-    this.parameters = new Map();
-    /** @type {Map<string, import("./types.js").Group>} */
-    this.groups = new Map();
-    /** Numbers as they are shown: those of the document, or of the drag that is under way. */
-    this.values = new Float64Array(0);
-    /** Numbers of the document. */
-    this._settled = new Float64Array(0);
-    this.revision = 0;
-    this.unit = "mm";
-    this.file = "";
-    /** @type {Record<string, unknown>} */
-    this.settings = {};
-    /** @type {Verdict} */
-    this.verdict = { revision: 0, freedoms: 0, entities: {}, constraints: {}, points: {} };
-    /** Names and handles. @type {Set<string>} */
-    this.selection = new Set();
-    /** Names that a panel or the pointer highlights. @type {Set<string>} */
-    this.hovered = new Set();
-    this.history = { done: /** @type {string[]} */ ([]), undone: /** @type {string[]} */ ([]) };
-    /** Whether numbers of a drag are shown. */
-    this.dragging = false;
-  }
+  /** @type {Map<string, Entity>} */
+  entities = new Map();
+  /** @type {Map<string, import("./types.js").Constraint>} */
+  constraints = new Map();
+  /** @type {Map<string, import("./types.js").Dimension>} */
+  dimensions = new Map();
+  /** @type {Map<string, import("./types.js").Parameter>} */
+  parameters = new Map();
+  /** @type {Map<string, import("./types.js").Group>} */
+  groups = new Map();
+  /** Numbers as they are shown: those of the document, or of the drag that is under way. */
+  values = new Float64Array(0);
+  /** Numbers of the document. */
+  _settled = new Float64Array(0);
+  /** @type {Verdict} */
+  verdict = { revision: 0, freedoms: 0, entities: {}, constraints: {}, points: {} };
+  history = { done: /** @type {string[]} */ ([]), undone: /** @type {string[]} */ ([]) };
+  revision = 0;
+  unit = "mm";
+  file = "";
+  /** @type {Record<string, unknown>} */
+  settings = {};
+  /** Names and handles. @type {Set<string>} */
+  selection = new Set();
+  /** Names that a panel or the pointer highlights. @type {Set<string>} */
+  hovered = new Set();
+  /** Whether numbers of a drag are shown. */
+  dragging = false;
 
   /**
    * Coordinates of a point by its handle (`L0.p1`, `P0`).

@@ -5,7 +5,7 @@ import { remember, remembered } from "./memory.js";
 /** @typedef {"auto"|"light"|"dark"} ThemeName */
 
 /** @type {readonly ThemeName[]} */
-const THEMES = Object.freeze(["auto", "light", "dark"]);
+const THEMES = ["auto", "light", "dark"];
 const KEY = "theme";
 
 /** Event: "change". */

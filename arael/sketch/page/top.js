@@ -15,7 +15,7 @@ export function mountTop(app, element) {
   const redo = actionButton(app, "redo");
   const name = h("span", { class: "file-name" });
   const saved = h("span", { class: "saved", role: "status" });
-  const freedoms = h("button", { type: "button", class: "freedoms-button", onclick: () => app.panels?.toggle("freedom") });
+  const freedoms = h("button", { class: "freedoms-button", onclick: () => app.panels?.toggle("freedom") });
   const strip = h("div", { class: "strip" });
   fill(
     element,

@@ -6,7 +6,7 @@ import { remember, remembered } from "./memory.js";
 const KEY = "tour";
 
 /** @type {readonly {title: string, text: string, at: string}[]} */
-export const STEPS = Object.freeze([
+export const STEPS = [
   {
     title: "Draw",
     text: "Choose a tool, or press its key: R for a rectangle, L for lines, O for a circle. Click in the drawing for each point, or type the length.",
@@ -37,15 +37,16 @@ export const STEPS = Object.freeze([
     text: "Press / and type: add_rect 0,0 40,20 hv. Every step can be undone. Press ? for all keys.",
     at: ".field",
   },
-]);
+];
 
 export class Tour {
+  at = -1;
+  /** @type {HTMLElement|null} */
+  element = null;
+
   /** @param {import("./app.js").App} app */
   constructor(app) {
     this.app = app;
-    this.at = -1;
-    /** @type {HTMLElement|null} */
-    this.element = null;
   }
 
   /** Start it at the first visit, with an empty sketch. */
@@ -86,7 +87,7 @@ export class Tour {
     const target = [...root.querySelectorAll(at)].find((one) => /** @type {HTMLElement} */ (one).offsetParent);
     target?.classList.add("tour-target");
     const last = this.at === STEPS.length - 1;
-    const next = h("button", { type: "button", class: "button primary", onclick: () => this._go(1) }, last ? "Done" : "Next");
+    const next = h("button", { class: "button primary", onclick: () => this._go(1) }, last ? "Done" : "Next");
     this.element?.remove();
     this.element = h(
       "div",
@@ -97,8 +98,8 @@ export class Tour {
       h(
         "div",
         { class: "dialog-buttons" },
-        h("button", { type: "button", class: "button plain", onclick: () => this.end() }, "Skip the tour"),
-        this.at ? h("button", { type: "button", class: "button", onclick: () => this._go(-1) }, "Back") : null,
+        h("button", { class: "button plain", onclick: () => this.end() }, "Skip the tour"),
+        this.at ? h("button", { class: "button", onclick: () => this._go(-1) }, "Back") : null,
         next,
       ),
     );

@@ -15,6 +15,9 @@ import { quoted } from "./tools/compose.js";
 const WIDTH = 240;
 
 export class Typing {
+  /** @type {TypingRequest|null} */
+  request = null;
+
   /** @param {App} app @param {HTMLElement} stage */
   constructor(app, stage) {
     this.app = app;
@@ -37,8 +40,6 @@ export class Typing {
       this.problem,
     );
     stage.append(this.element);
-    /** @type {TypingRequest|null} */
-    this.request = null;
     const evaluate = later(120, () => this._evaluate());
     this.input.addEventListener("input", () => {
       fill(this.problem);

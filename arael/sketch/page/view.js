@@ -10,19 +10,16 @@ const LARGEST = 1e9;
 
 /** Event: "change". */
 export class View extends EventTarget {
-  constructor() {
-    super();
-    /** Pixels per unit. */
-    this.scale = 10;
-    /** Pixels of the sketch's origin. */
-    this.x = 0;
-    this.y = 0;
-    this.width = 1;
-    this.height = 1;
-    /** Whether the grid is shown and snapped to. */
-    this.grid = true;
-    this.unit = "mm";
-  }
+  /** Pixels per unit. */
+  scale = 10;
+  /** Pixels of the sketch's origin. */
+  x = 0;
+  y = 0;
+  width = 1;
+  height = 1;
+  /** Whether the grid is shown and snapped to. */
+  grid = true;
+  unit = "mm";
 
   /**
    * Pixels of a point of the sketch.

@@ -15,6 +15,25 @@ const LONGEST_WAIT = 4000;
  * or drag of this window was carried out).
  */
 export class Wire extends EventTarget {
+  /** @type {"open"|"lost"} */
+  state = "lost";
+  /** @type {import("./transport.js").Connection|null} */
+  _connection = null;
+  /** @type {Map<number, (reply: Reply) => void>} */
+  _waiting = new Map();
+  _id = 0;
+  _wait = FIRST_WAIT;
+  _closed = false;
+  // of the drag: the newest place, whether one is on its way, and since when
+  /** @type {Point|null} */
+  _place = null;
+  /** The last place that was sent. @type {Point|null} */
+  _last = null;
+  _sequence = 0;
+  _answered = 0;
+  _sent = 0;
+  _dragging = false;
+
   /**
    * @param {import("./store.js").Store} store
    * @param {import("./transport.js").Connect} connect
@@ -24,25 +43,7 @@ export class Wire extends EventTarget {
     super();
     this.store = store;
     this.window = window;
-    /** @type {"open"|"lost"} */
-    this.state = "lost";
     this._connect = connect;
-    /** @type {import("./transport.js").Connection|null} */
-    this._connection = null;
-    /** @type {Map<number, (reply: Reply) => void>} */
-    this._waiting = new Map();
-    this._id = 0;
-    this._wait = FIRST_WAIT;
-    this._closed = false;
-    // of the drag: the newest place, whether one is on its way, and since when
-    /** @type {Point|null} */
-    this._place = null;
-    /** The last place that was sent. @type {Point|null} */
-    this._last = null;
-    this._sequence = 0;
-    this._answered = 0;
-    this._sent = 0;
-    this._dragging = false;
   }
 
   /** Connect; connects again whenever the link is lost. */

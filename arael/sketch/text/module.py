@@ -26,9 +26,9 @@ def source() -> str:
     unknown = f"export const UNKNOWN = {_written(*UNKNOWN)};"
     table = [
         "/** @type {Readonly<Record<string, string>>} */",
-        "export const GLYPHS = Object.freeze({",
+        "export const GLYPHS = {",
         *glyphs,
-        "});",
+        "};",
     ]
     return "\n".join([_HEAD + constants[0], *constants[1:], unknown, *table]) + "\n"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import json
 import os
@@ -23,6 +22,7 @@ optional.require("mcp")
 
 from mcp import Client, StdioServerParameters  # noqa: E402
 
+from tests.event_loop import completed  # noqa: E402
 from tests.sketch.server.client import Page  # noqa: E402
 from tests.sketch.server.process import ServerProcess  # noqa: E402
 
@@ -47,7 +47,7 @@ def use(target: Any, function: Use) -> Any:
         async with Client(target, read_timeout_seconds=60) as client:
             return await function(client)
 
-    return asyncio.run(run())
+    return completed(run())
 
 
 async def text_of(client: Client, tool: str, **arguments: Any) -> tuple[bool, str]:

@@ -307,10 +307,11 @@ def test_texts_of_dimensions_and_glyphs_are_dragged_and_glyphs_deleted(page: Any
 
 AS_IF_CLEARED = """() => {
     const { renderer } = app;
-    const { canvas, ctx } = renderer.moving;
+    const { canvas, ctx } = renderer.moving.layer;
     const pixels = () => ctx.getImageData(0, 0, canvas.width, canvas.height).data;
     const found = pixels().slice();
     ctx.clearRect(0, 0, app.view.width, app.view.height);
+    renderer.moving.repainted = true;
     renderer._paintMoving();
     const wanted = pixels();
     let inked = 0, other = 0;
@@ -323,13 +324,16 @@ AS_IF_CLEARED = """() => {
 """Pixels of what moves, and bytes that differ from those after everything was cleared."""
 
 INKED = """() => {
-    const { canvas, ctx } = app.renderer.moving;
+    const { canvas, ctx } = app.renderer.moving.layer;
     const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
     return data.filter((one, i) => i % 4 === 3 && one).length;
 }"""
 """Pixels of what moves."""
 
-LAYERS = "['moving', 'overlay'].map((id) => app.renderer[id].canvas.style.visibility !== 'hidden')"
+LAYERS = (
+    "(({ moving, overlay }) => [moving.layer, overlay].map("
+    "({ canvas }) => canvas.style.visibility !== 'hidden'))(app.renderer)"
+)
 """Whether what moves and the overlay are shown."""
 
 
@@ -356,7 +360,9 @@ def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page:
     page.mouse.down()
     for x, y in ((24, 16), (12, 20), (26, 9), (21, 13)):
         if x == 26:  # from now on as with a graphics processor
-            page.evaluate("[app.renderer._sheet, window.kept] = [null, app.renderer._sheet]")
+            page.evaluate(
+                "(({ moving }) => [moving.sheet, window.kept] = [null, moving.sheet])(app.renderer)"
+            )
         page.mouse.move(*at(page, x, y), steps=4)
         wait(page, "app.store.dragging && app.wire.delay === 0 && !app.renderer.pending")
         inked, other = page.evaluate(AS_IF_CLEARED)
@@ -377,54 +383,92 @@ def test_a_drag_leaves_nothing_of_earlier_frames_and_shows_no_empty_canvas(page:
     inked, other = page.evaluate(AS_IF_CLEARED)
     assert inked > 500 and other == 0
     page.mouse.up()
-    page.evaluate("() => { app.renderer._sheet = window.kept; }")
+    page.evaluate("() => { app.renderer.moving.sheet = window.kept; }")
+
+
+@exercises("pointer:Drag", "pointer:Wheel")
+def test_what_moves_is_drawn_over_a_copy_of_the_ground(page: Any) -> None:
+    run(
+        page,
+        "add_rect 0,0 20,12 hv",
+        "length L0 20",
+        "add_rect 2,-6 9,20",
+        "add_circle 12,6 4",
+    )
+    page.evaluate("app.fit()")
+    wait(page, "app.renderer.moving.sheet !== null && !app.renderer.pending")
+    page.mouse.move(*at(page, 20, 12))
+    wait(page, "app.store.hovered.size > 0")
+    page.mouse.down()
+    for x, y in ((24, 16), (12, 20), (26, 9), (21, 13)):
+        if x == 26:  # the ground changes with the view
+            page.mouse.wheel(0, -200)
+        page.mouse.move(*at(page, x, y), steps=4)
+        wait(page, "app.store.dragging && app.wire.delay === 0 && !app.renderer.pending")
+        assert page.evaluate("app.renderer.moving.layer.canvas.id") == "filled"
+        inked, other = page.evaluate(AS_IF_CLEARED)
+        assert inked > 100_000 and other == 0
+        inked, mean, far = page.evaluate(BY_HAND_OR_NOT)
+        assert inked > 400 and mean < 0.04 and far < 0.01
+    page.mouse.up()
+    wait(page, "!app.store.dragging && !app.renderer.pending")
+    shown = "app.renderer.moving.layers.map((one) => one.canvas.style.visibility)"
+    assert page.evaluate(shown) == ["hidden", "hidden"]
 
 
 BY_HAND_OR_NOT = """() => {
-    const { renderer } = app;
-    const { canvas, ctx } = renderer.moving;
-    const drawn = (sheet) => {
-        renderer._sheet = sheet;
-        ctx.clearRect(0, 0, app.view.width, app.view.height);
-        renderer._paintMoving();
-        const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
-        // on white
-        return data.map((one, i) => 255 + (one - 255) * data[i | 3] / 255);
+    const { renderer, renderer: { moving, ground: { canvas } } } = app;
+    const { width, height } = canvas;
+    const ctx = new OffscreenCanvas(width, height).getContext("2d");
+    const pixels = (...layers) => {
+        for (const one of layers) ctx.drawImage(one, 0, 0);
+        return ctx.getImageData(0, 0, width, height).data;
     };
-    const sheet = renderer._sheet;
+    const drawn = (sheet) => {
+        moving.sheet = sheet;
+        renderer._paintMoving();
+        return pixels(canvas, moving.layer.canvas);
+    };
+    const { sheet } = moving;
     const [mine, its] = [drawn(sheet), drawn(null)];
-    renderer._sheet = sheet;
+    moving.sheet = sheet;
+    const below = pixels(canvas);
     let inked = 0, sum = 0, far = 0;
     for (let i = 0; i < its.length; i += 4) {
-        inked += its[i] < 250;
+        inked += Math.abs(its[i] - below[i]) > 5;
         const by = Math.max(...[0, 1, 2].map((k) => Math.abs(mine[i + k] - its[i + k])));
         sum += by / 255;
         far += by > 64;
     }
     return [inked, sum / inked, far / inked];
 }"""
-"""Pixels of what moves, drawn by hand and by the canvas: how many have ink, by how much they differ
-on the average of those, and how many of them by more than a quarter of the brightness."""
+"""The ground with what moves, drawn by hand and by the canvas: how many pixels have ink of what
+moves, by how much they differ on the average of those, and how many of them by more than a quarter
+of the brightness."""
 
 
+@pytest.mark.parametrize("layer", ["moving", "filled"])
 @exercises("pointer:Drag")
-def test_what_is_drawn_by_hand_looks_like_what_the_canvas_draws(page: Any) -> None:
+def test_what_is_drawn_by_hand_looks_like_what_the_canvas_draws(page: Any, layer: str) -> None:
+    curved = [
+        "add_circle 15,12 6",
+        "distance L0.p1 A0.center 19",
+        "diameter A0 12",
+    ]
     run(
         page,
         "add_line 0,0 30,0",
         "add_line 30,0 42,17",
         "add_line 42,17 0,26",
-        "add_circle 15,12 6",
-        "distance L0.p1 A0.center 19",
         "length L0 30",
         "length L1 20.8",
         "length L2 43 derived",
         "vdistance L0.p1 L2.p2 26",
         "angle L0 L1 55",
-        "diameter A0 12",
+        *(curved if layer == "moving" else ["hdistance L0.p1 L2.p1 42", "distance L2.p2 L1.p1 40"]),
     )
     page.evaluate("app.fit()")
-    wait(page, "app.renderer._sheet !== null")
+    wait(page, "app.renderer.moving.sheet !== null")
     corner = page.evaluate("app.store.point('L1.p2')")
     page.mouse.move(*at(page, *corner))
     wait(page, "app.store.hovered.size > 0")
@@ -432,6 +476,7 @@ def test_what_is_drawn_by_hand_looks_like_what_the_canvas_draws(page: Any) -> No
     page.mouse.move(*at(page, corner[0] - 9, corner[1] + 5.3), steps=5)
     wait(page, "app.store.dragging && app.wire.delay === 0 && !app.renderer.pending")
     assert page.evaluate("app.renderer.annotations._moving.dimensions.length") == 7
+    assert page.evaluate("app.renderer.moving.layer.canvas.id") == layer
     inked, mean, far = page.evaluate(BY_HAND_OR_NOT)
     # the pointer rests: its coordinates are shown
     shown = "document.querySelector('.status-place').textContent.split(', ').map(Number)"
@@ -451,8 +496,8 @@ def test_a_drag_is_rehearsed_off_the_screen(page: Any) -> None:
         "radius A0 5",
     )
     page.evaluate("app.fit()")
-    wait(page, "!app.renderer.pending && app.renderer._unseen !== null")
-    assert page.evaluate("app.renderer._unseen.getImageData(0, 0, 300, 150).data.length") > 0
+    wait(page, "!app.renderer.pending && app.renderer.moving._unseen !== null")
+    assert page.evaluate("app.renderer.moving._unseen.getImageData(0, 0, 300, 150).data.length") > 0
     assert page.evaluate(f"[app.renderer.movedCount, {LAYERS}[0]]") == [0, False]
     assert page.evaluate("app.store.values.every((one, i) => one === app.store._settled[i])")
     counts = "(({dimensions, still, movingCount}) => [dimensions, still.dimensions].map((one) =>"

@@ -29,7 +29,7 @@ def test_no_refresh_of_the_screen_is_without_what_moves(editor: Any) -> None:
     page = connected(editor.page)
     run(page, *(f"add_rect {9 * i},0 {9 * i + 9},7" for i in range(6)))
     page.evaluate("app.fit()")
-    wait(page, "app.renderer._sheet !== null && !app.renderer.pending")
+    wait(page, "app.renderer.moving.sheet !== null && !app.renderer.pending")
     box = page.evaluate(
         """() => {
             const { left, top, width, height } = app.canvas.getBoundingClientRect();

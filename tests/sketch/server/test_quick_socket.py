@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ optional.require("websockets")
 
 from arael.sketch.server.app import SocketLink  # noqa: E402
 from arael.sketch.server.quick_socket import QuickSocket  # noqa: E402
+from tests.event_loop import completed  # noqa: E402
 from tests.sketch.server.client import Page, encoded, place  # noqa: E402
 from tests.sketch.server.inside import InsideServer  # noqa: E402
 
@@ -156,10 +156,7 @@ def test_a_link_sends_at_once_only_what_nothing_precedes() -> None:
             await asyncio.sleep(0.001)
         raise AssertionError("not within ten seconds")
 
-    # in a thread: in that of the test a driver of a browser may have a loop
-    with ThreadPoolExecutor(1) as pool:
-        found = pool.submit(lambda: asyncio.run(run())).result(60)
-    assert found == [b"1", b"2", b"3", b"4", b"5", b"6"]
+    assert completed(run()) == [b"1", b"2", b"3", b"4", b"5", b"6"]
 
 
 def test_nothing_is_sent_at_once_after_the_page_has_gone(page: Page, noted: Noted) -> None:

@@ -77,7 +77,7 @@ function parallel(one) {
 }
 
 /** @type {readonly ConstraintSpec[]} */
-export const CONSTRAINTS = Object.freeze([
+export const CONSTRAINTS = [
   {
     id: "coincident",
     title: "Coincident",
@@ -210,4 +210,4 @@ export const CONSTRAINTS = Object.freeze([
     needs: "entities",
     command: (one) => all("fix", one.entities, only(one, one.entities)),
   },
-]);
+];

@@ -32,7 +32,7 @@ const twoPoints = (one) => when(one.points.length === 2 && only(one, one.points)
 const along = (axis) => (/** @type {string[]} */ [a, b]) => `abs(${a}.${axis} - ${b}.${axis})`;
 
 /** @type {readonly DimensionSpec[]} */
-export const DIMENSIONS = Object.freeze([
+export const DIMENSIONS = [
   {
     id: "length",
     title: "Length",
@@ -137,4 +137,4 @@ export const DIMENSIONS = Object.freeze([
     operands: (one) => when(one.curves.length >= 1 && only(one, one.curves), one.curves),
     present: () => "",
   },
-]);
+];

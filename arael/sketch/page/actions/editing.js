@@ -23,7 +23,7 @@ const on = (app, word, names, after = "") => app.run([word, ...names, after].joi
 const switching = (word, app) => on(app, word, picked(app.store).relations);
 
 /** @type {readonly Action[]} */
-export const EDITING = Object.freeze([
+export const EDITING = [
   {
     id: "undo",
     title: "Undo",
@@ -162,7 +162,7 @@ export const EDITING = Object.freeze([
       else app.typing?.edit?.(picked(app.store).dimensions[0]);
     },
   },
-]);
+];
 
 /** @param {App} app @param {string} word */
 function runEach(app, word) {

@@ -1,7 +1,7 @@
 /** Keys of tools, by the tools' ids. */
 
 /** @type {Readonly<Record<string, string>>} */
-export const TOOL_KEYS = Object.freeze({
+export const TOOL_KEYS = {
   select: "S",
   line: "L",
   rect: "R",
@@ -38,4 +38,4 @@ export const TOOL_KEYS = Object.freeze({
   move: "G",
   rotate: "Shift+G",
   scale: "Shift+Z",
-});
+};

@@ -11,24 +11,24 @@ const STEP = 1.25;
 const zoom = (app, factor) => app.view.zoomAt(app.view.width / 2, app.view.height / 2, factor);
 
 /** What can be hidden, by the name of a data attribute of the root; the renderer reads `app.shown`. */
-export const LAYERS = Object.freeze([
+export const LAYERS = [
   { id: "dimensions", title: "Dimensions", key: "Alt+Shift+D" },
   { id: "glyphs", title: "Constraint marks", key: "Alt+Shift+K" },
   { id: "points", title: "Points", key: "Alt+Shift+I" },
   { id: "construction", title: "Construction geometry", key: "Alt+Shift+X" },
-]);
+];
 
 /** Panels in the order of their tabs. */
-export const PANELS = Object.freeze([
+export const PANELS = [
   { id: "selection", title: "Selection", key: "1" },
   { id: "parameters", title: "Parameters", key: "2" },
   { id: "relations", title: "Constraints", key: "3" },
   { id: "freedom", title: "Freedom", key: "4" },
   { id: "history", title: "History", key: "5" },
-]);
+];
 
 /** @type {readonly Action[]} */
-export const VIEWING = Object.freeze([
+export const VIEWING = [
   {
     id: "fit",
     title: "Show everything",
@@ -107,4 +107,4 @@ export const VIEWING = Object.freeze([
     group: "panels",
     run: (app) => app.canvas.focus(),
   },
-]);
+];

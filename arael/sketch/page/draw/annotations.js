@@ -27,33 +27,34 @@ const MOST = 600;
  */
 
 export class Annotations {
+  /** @type {Drawn[]} */
+  dimensions = [];
+  /** @type {Glyph[]} */
+  glyphs = [];
+  /** @type {Places<string>} */
+  places = new Places();
+  /** A dimension whose text is being dragged, in place of its record. @type {import("../types.js").Dimension|null} */
+  dragged = null;
+  /** Glyphs that were dragged: by how many pixels. @type {Map<string, [number, number]>} */
+  nudged = new Map();
+  shown = { dimensions: true, glyphs: true };
+  /** What a drag leaves where it is. @type {Shown} */
+  still = { dimensions: [], glyphs: [] };
+  /** What is shown and moves in a drag. @type {{dimensions: Follower[], constraints: Constraint[]}} */
+  _moving = { dimensions: [], constraints: [] };
+  /** Where each was laid out among its possible places. @type {Map<string, number>} */
+  _choices = new Map();
+  /** Middle of the drawing when it was laid out. @type {import("../types.js").Point} */
+  _middle = [0, 0];
+  /** The view for which it was laid out. */
+  _for = "";
+  /** @type {Map<string, number>} */
+  _widths = new Map();
+
   /** @param {import("../store.js").Store} store @param {import("../view.js").View} view */
   constructor(store, view) {
     this.store = store;
     this.view = view;
-    /** @type {Drawn[]} */
-    this.dimensions = [];
-    /** @type {Glyph[]} */
-    this.glyphs = [];
-    /** @type {Places<string>} */
-    this.places = new Places();
-    /** A dimension whose text is being dragged, in place of its record. @type {import("../types.js").Dimension|null} */
-    this.dragged = null;
-    /** Glyphs that were dragged: by how many pixels. @type {Map<string, [number, number]>} */
-    this.nudged = new Map();
-    this.shown = { dimensions: true, glyphs: true };
-    /** What a drag leaves where it is. @type {Shown} */
-    this.still = { dimensions: [], glyphs: [] };
-    /** What is shown and moves in a drag. @type {{dimensions: Follower[], constraints: Constraint[]}} */
-    this._moving = { dimensions: [], constraints: [] };
-    /** Where each was laid out among its possible places. @type {Map<string, number>} */
-    this._choices = new Map();
-    /** Middle of the drawing when it was laid out. @type {import("../types.js").Point} */
-    this._middle = [0, 0];
-    /** The view for which it was laid out. */
-    this._for = "";
-    /** @type {Map<string, number>} */
-    this._widths = new Map();
   }
 
   /** Whether it was laid out for the view as it is. */

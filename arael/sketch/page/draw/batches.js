@@ -68,6 +68,8 @@ export class Batches {
     /** Ends of lines that are drawn by hand. */
     this._ends = new Float64Array(4 * Math.max(0, ...this.batches.map((one) => one.lines.length)));
     this.meanLength = counted ? total / counted : Infinity;
+    // whether all of it can be drawn by hand
+    this.isPlain = this.batches.every((one) => isSolid(one) && !one.curves.length && !one.texts.length);
   }
 
   /** @param {Map<string, Marks>} marks @param {Entity} entity */
@@ -126,11 +128,9 @@ export class Batches {
     for (const marks of this.marks) stampMarks(sheet, lookOf(marks, palette), marks.places, this._placeMarks(marks, view, swept));
   }
 
-  /**
-   * Draw the rest below what was drawn by hand.
-   * @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Swept} swept
-   */
+  /** Draw the rest below what was drawn by hand. @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Swept} swept */
   drawBelow(ctx, view, palette, swept) {
+    if (this.isPlain) return;
     // what would be drawn last is drawn first
     const rest = [...this.batches].reverse();
     ctx.globalCompositeOperation = "destination-over";
@@ -280,7 +280,7 @@ function batchOf(batches, state, construction, style) {
  * @param {Store} store
  * @param {string} handle
  */
-export function stateOf(store, handle) {
+function stateOf(store, handle) {
   const [name] = splitHandle(handle);
   const { verdict, selection } = store;
   const state = verdict.points[handle] ?? verdict.entities[name] ?? "free";

@@ -11,12 +11,20 @@ const ALIKE = 0.01;
  */
 
 export class Follower {
+  /** Offsets of the numbers that it depends on: x and y of points, then radii and angles. @type {number[]} */
+  _at = [];
+  /** These numbers when it was laid out. @type {number[]} */
+  _before = [];
+  /** @type {Drawn|null} */
+  _drawn = null;
+  // by how many pixels it was moved since
+  _x = 0;
+  _y = 0;
+
   /** @param {import("../store.js").Store} store @param {Dimension} record */
   constructor(store, record) {
     this.record = record;
     this._store = store;
-    /** Offsets of the numbers that it depends on: x and y of points, then radii and angles. @type {number[]} */
-    this._at = [];
     /** @type {number[]} */
     const rest = [];
     for (const arg of record.args) {
@@ -26,12 +34,6 @@ export class Follower {
     }
     this._placed = this._at.length;
     this._at.push(...rest);
-    /** These numbers when it was laid out. @type {number[]} */
-    this._before = [];
-    /** @type {Drawn|null} */
-    this._drawn = null;
-    // by how many pixels it was moved since
-    this._x = this._y = 0;
   }
 
   /** As it is now. @param {number} scale  pixels per unit @param {() => Drawn|null} layout */

@@ -37,18 +37,26 @@ export function stillLayer(canvas) {
 }
 
 /**
- * The same layer on a canvas that goes to the screen by itself, not with the page: without a graphics processor
- * that saves the page's thread half of its time for a refresh. What it shows can be one refresh ahead of the
- * other canvases, unless it becomes visible, or hidden, together with what they show.
+ * Two layers in place of one, a clear one and one without holes, which has a copy of what is below it. They go to
+ * the screen by themselves, not with the page: without a graphics processor that saves the page's thread half of
+ * its time for a refresh, and the compositor half of its own where it need not lay one canvas over another. What
+ * they show can be one refresh ahead of the other canvases, unless it becomes visible, or hidden, together with
+ * what those show.
  * @param {Layer} layer
  */
-export function ownLayer({ canvas }) {
-  const own = /** @type {HTMLCanvasElement} */ (canvas.cloneNode());
-  canvas.replaceWith(own);
-  const layer = livelyLayer(own, { desynchronized: true });
-  // its first frame comes late to the screen
-  layer.ctx.clearRect(0, 0, 1, 1);
-  return layer;
+export function ownLayers({ canvas }) {
+  const layers = [true, false].map((alpha) => {
+    const own = /** @type {HTMLCanvasElement} */ (canvas.cloneNode());
+    if (!alpha) own.id = "filled";
+    canvas.before(own);
+    const layer = livelyLayer(own, { desynchronized: true, alpha });
+    show(layer, false);
+    // its first frame comes late to the screen
+    layer.ctx.clearRect(0, 0, 1, 1);
+    return layer;
+  });
+  canvas.remove();
+  return layers;
 }
 
 /**

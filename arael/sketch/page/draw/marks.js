@@ -7,7 +7,7 @@ import { disc, polyline } from "./paths.js";
 const R = 6;
 
 /** @type {Record<import("../types.js").SnapKind, (p: Pen, x: number, y: number) => void>} */
-export const SNAP_MARKS = Object.freeze({
+export const SNAP_MARKS = {
   endpoint: (p, x, y) => p.rect(x - R, y - R, 2 * R, 2 * R),
   centre: (p, x, y) => disc(p, x, y, R),
   midpoint: (p, x, y) => polyline(p, [[x - R, y + R - 1], [x, y - R], [x + R, y + R - 1]], true),
@@ -34,7 +34,7 @@ export const SNAP_MARKS = Object.freeze({
     polyline(p, [[x - 4, y], [x + 4, y]]);
     polyline(p, [[x, y - 4], [x, y + 4]]);
   },
-});
+};
 
 /**
  * A bar across a curve, with serifs like a bracket on each side of the cut.

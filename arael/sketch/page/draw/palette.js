@@ -20,13 +20,13 @@ export const FONT = "'Inter', 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial
  * How a state looks besides its colour.
  * @type {Record<string, {width: number, halo: number, dash: number[], end: "ring"|"disc"|"square"|"diamond"|"cross"}>}
  */
-export const STATES = Object.freeze({
+export const STATES = {
   free: { width: 1.7, halo: 0, dash: [], end: "ring" },
   defined: { width: 2.1, halo: 0, dash: [], end: "disc" },
   redundant: { width: 2.1, halo: 8, dash: [2, 5], end: "diamond" },
   impossible: { width: 2.1, halo: 8, dash: [9, 4], end: "cross" },
   selected: { width: 2.1, halo: 9, dash: [], end: "square" },
-});
+};
 
 /**
  * The colours that hold now.

@@ -8,13 +8,11 @@ const CELL = 32;
 
 /** @template T */
 export class Places {
-  constructor() {
-    /** @type {Map<number, Taken<T>[]>} */
-    this._cells = new Map();
-    /** How often `isFree` was asked since `choosing`, and what it answered last. */
-    this._asked = 0;
-    this._free = true;
-  }
+  /** @type {Map<number, Taken<T>[]>} */
+  _cells = new Map();
+  /** How often `isFree` was asked since `choosing`, and what it answered last. */
+  _asked = 0;
+  _free = true;
 
   /** Something begins to look for its place. @param {string} _key */
   choosing(_key) {
@@ -117,11 +115,12 @@ export class Places {
  * @extends {Places<T>}
  */
 export class SamePlaces extends Places {
+  _left = 0;
+
   /** @param {ReadonlyMap<string, number>} choices  `refused` by key */
   constructor(choices) {
     super();
     this._choices = choices;
-    this._left = 0;
   }
 
   /** @override @param {string} key */

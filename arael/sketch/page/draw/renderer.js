@@ -6,67 +6,45 @@
 import { Annotations } from "./annotations.js";
 import { drawGrid, drawScaleBar } from "./background.js";
 import { Batches } from "./batches.js";
-import { drawsBySoftware, livelyLayer, ownLayer, show, stillLayer } from "./layers.js";
+import { livelyLayer, show, stillLayer } from "./layers.js";
+import { Moving } from "./moving.js";
 import { drawOverlay, hasOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
-import { rehearsal } from "./rehearsal.js";
-import { Sheet } from "./sheet.js";
-import { Swept } from "./swept.js";
 
 /** @typedef {import("../types.js").Point} Point */
 
-/** While more annotations than this move, those that move are hidden. */
-const MOST_MOVING = 80;
-/** Up to so many pixels lines and marks that move are drawn by hand: long lines are quicker by the browser. */
-const MOST_BY_HAND = 80_000;
 /** Milliseconds after which a frame of a drag counts as late. */
 const LATE = 60;
 
 /** Event: "painted" after a frame, for measurements. */
 export class Renderer extends EventTarget {
+  ratio = 1;
+  /** Entities that the drag moves. @type {Set<string>} */
+  moves = new Set();
+  /** Name of the entity that owns each number. @type {string[]} */
+  _owners = [];
+  /** Which numbers the drag has moved already. */
+  _seen = new Uint8Array(0);
+  /** @type {Batches|null} */
+  resting = null;
+  /** @type {Batches|null} */
+  _movingBatches = null;
+  _dirty = { ground: true, moving: true, overlay: true };
+  _request = 0;
+  /** @type {Point|null} */
+  _cursor = null;
+  _late = 0;
+
   /** @param {import("../app.js").App} app */
   constructor(app) {
     super();
     this.app = app;
     const canvas = (/** @type {string} */ id) => /** @type {HTMLCanvasElement} */ (app.root.querySelector(`#${id}`));
     this.ground = stillLayer(canvas("ground"));
-    this.moving = livelyLayer(canvas("moving"));
+    this.moving = new Moving(this, canvas("moving"));
     this.overlay = livelyLayer(canvas("overlay"));
     this.annotations = new Annotations(app.store, app.view);
     this.palette = readPalette(app.canvas);
-    this.ratio = 1;
-    /** Entities that the drag moves. @type {Set<string>} */
-    this._moved = new Set();
-    /** Name of the entity that owns each number. @type {string[]} */
-    this._owners = [];
-    /** Which numbers the drag has moved already. */
-    this._seen = new Uint8Array(0);
-    /** @type {Batches|null} */
-    this._resting = null;
-    /** @type {Batches|null} */
-    this._movingBatches = null;
-    /** Where the canvas of what moves was drawn on. */
-    this._swept = new Swept();
-    /** Draws what moves by hand. @type {Sheet|null} */
-    this._sheet = null;
-    /** @type {CanvasRenderingContext2D|null} */
-    this._unseen = null;
-    this._rehearse = () => {};
-    // the page is there first: to ask takes 30 ms
-    setTimeout(() => {
-      if (drawsBySoftware()) {
-        this._sheet = new Sheet();
-        this.moving = ownLayer(this.moving);
-        this.viewChanged();
-      }
-      this._rehearse = rehearsal(() => this._drawUnseen());
-      this._rehearse();
-    }, 300);
-    this._dirty = { ground: true, moving: true, overlay: true };
-    this._request = 0;
-    /** @type {Point|null} */
-    this._cursor = null;
-    this._late = 0;
     new ResizeObserver(() => this.resize()).observe(app.canvas);
     new MutationObserver(() => this.themeChanged()).observe(document.documentElement, {
       attributes: true, attributeFilter: ["data-theme", "class"],
@@ -80,7 +58,7 @@ export class Renderer extends EventTarget {
     const { clientWidth: width, clientHeight: height } = canvas;
     if (!width || !height) return;
     this.ratio = window.devicePixelRatio || 1;
-    for (const layer of [this.ground, this.moving, this.overlay]) {
+    for (const layer of [this.ground, ...this.moving.layers, this.overlay]) {
       layer.resize(Math.round(width * this.ratio), Math.round(height * this.ratio));
     }
     view.resize(width, height);
@@ -103,7 +81,7 @@ export class Renderer extends EventTarget {
 
   /** Verdict, selection or highlights changed. */
   restyled() {
-    this._resting = this._movingBatches = null;
+    this.resting = this._movingBatches = null;
     this.viewChanged();
   }
 
@@ -126,15 +104,15 @@ export class Renderer extends EventTarget {
     if (!offsets.length) return;
     if (!this._owners.length) this._owners = ownersOf(this.app.store);
     if (this._seen.length < this._owners.length) this._seen = new Uint8Array(this._owners.length);
-    const before = this._moved.size;
+    const before = this.moves.size;
     for (let i = 0; i < offsets.length; i++) {
       const offset = offsets[i];
       if (this._seen[offset]) continue;
       this._seen[offset] = 1;
-      this._moved.add(this._owners[offset]);
+      this.moves.add(this._owners[offset]);
     }
-    const grown = this._moved.size > before;
-    if (grown) this._resting = this._movingBatches = null;
+    const grown = this.moves.size > before;
+    if (grown) this.resting = this._movingBatches = null;
     this._schedule({ ground: grown, moving: true, overlay: false }, now);
   }
 
@@ -154,7 +132,7 @@ export class Renderer extends EventTarget {
 
   /** Nothing moves any more: all is drawn on the ground. */
   _rest() {
-    this._moved.clear();
+    this.moves.clear();
     this._seen.fill(0);
     this._late = 0;
     this.restyled();
@@ -176,7 +154,7 @@ export class Renderer extends EventTarget {
 
   /** How many entities the drag moves. */
   get movedCount() {
-    return this._moved.size;
+    return this.moves.size;
   }
 
   /** Draw what has changed. */
@@ -212,74 +190,22 @@ export class Renderer extends EventTarget {
     ctx.fillStyle = palette.background;
     ctx.fillRect(0, 0, app.view.width, app.view.height);
     drawGrid(ctx, app.view, palette);
-    this._resting ??= new Batches(app.store, (entity) => !this._moved.has(entity.name), app.shown);
-    this._resting.draw(ctx, app.view, palette);
+    this.resting ??= new Batches(app.store, (entity) => !this.moves.has(entity.name), app.shown);
+    this.resting.draw(ctx, app.view, palette);
     const { annotations } = this;
-    if (!this._moved.size || !annotations.fits) annotations.layout(ctx);
-    if (this._moved.size) annotations.split(this._moved);
+    if (!this.moves.size || !annotations.fits) annotations.layout(ctx);
+    if (this.moves.size) annotations.split(this.moves);
     annotations.draw(ctx, palette, annotations.still);
     drawScaleBar(ctx, app.view, palette, app.store.unit);
     this.ground.done();
-    this._rehearse();
+    this.moving.repainted = true;
+    this.moving.rehearse();
   }
 
   _paintMoving() {
-    const { app: { store, view, shown }, _swept: swept } = this;
-    const moves = this._moved.size > 0;
-    show(this.moving, moves);
-    // it is hidden when the ground is shown next; were it cleared now, what moved would be on neither meanwhile
-    if (!moves) return;
-    swept.begin(view.width, view.height, this.ratio);
-    this._movingBatches ??= new Batches(store, (entity) => this._moved.has(entity.name), shown);
-    this._drawMoving(this.moving.ctx, this._movingBatches, swept);
-  }
-
-  /** Draw in place of what was there before. @param {CanvasRenderingContext2D} ctx @param {Batches} batches @param {Swept} swept */
-  _drawMoving(ctx, batches, swept) {
-    const { app: { view }, palette, annotations, ratio, moving: { canvas } } = this;
-    const { movingCount } = annotations;
-    let followed = movingCount && movingCount <= MOST_MOVING ? annotations.follow(ctx) : null;
-    const sheet = batches.byHand(view, ratio) < MOST_BY_HAND ? this._sheet : null;
-    if (sheet) {
-      this._ready(ctx);
-      sheet.begin(canvas.width, canvas.height, ratio);
-      batches.drawByHand(sheet, view, palette, swept);
-      if (followed) {
-        swept.addShown(followed);
-        followed = annotations.drawByHand(sheet, palette, followed);
-      }
-      sheet.put(ctx, swept);
-      batches.drawBelow(ctx, view, palette, swept);
-    } else {
-      ctx.resetTransform();
-      swept.clear(ctx);
-      this._ready(ctx);
-      batches.draw(ctx, view, palette, swept);
-      if (followed) swept.addShown(followed);
-    }
-    if (followed) annotations.draw(ctx, palette, followed);
-  }
-
-  /** Two frames of a drag that moves everything by a little, off the screen. */
-  _drawUnseen() {
-    const { app: { store, view }, annotations, _resting: batches } = this;
-    if (!batches || this._moved.size || this._request) return false;
-    this._unseen ??= /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
-    const { values } = store;
-    const swept = new Swept();
-    annotations.split({ has: () => true });
-    try {
-      for (const by of [0, 0.3]) {
-        // numbers are no whole pixels in a drag, for which the browser compiles otherwise
-        store.values = values.map((value) => value + by / view.scale);
-        swept.begin(view.width, view.height, this.ratio);
-        this._drawMoving(this._unseen, batches, swept);
-      }
-    } finally {
-      store.values = values;
-      annotations.split(this._moved);
-    }
-    return true;
+    const { app: { store, shown }, moves } = this;
+    if (moves.size) this._movingBatches ??= new Batches(store, (entity) => moves.has(entity.name), shown);
+    this.moving.paint(moves.size ? this._movingBatches : null);
   }
 }
 

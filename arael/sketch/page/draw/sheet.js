@@ -17,16 +17,17 @@ const NEARLY = 0.02;
 const LEVEL = 0.01;
 
 export class Sheet {
-  constructor() {
-    this.width = 0;
-    this.height = 0;
-    this.ratio = 1;
-    this._pixels = new Int32Array(0);
-    /** @type {ImageData[]} */
-    this._strips = [];
-    /** Pixels by colour. @type {Map<string, number>} */
-    this._colours = new Map();
-  }
+  width = 0;
+  height = 0;
+  ratio = 1;
+  /** What lies below, without holes. @type {HTMLCanvasElement|null} */
+  below = null;
+  /** The drawing, then what lies below. */
+  _pixels = new Int32Array(0);
+  /** @type {ImageData[]} */
+  _strips = [];
+  /** Pixels by colour. @type {Map<string, number>} */
+  _colours = new Map();
 
   /**
    * Begin a drawing of this size, in pixels of the screen.
@@ -38,10 +39,27 @@ export class Sheet {
     if (width === this.width && height === this.height) return;
     const [size, count] = [STRIP * height, Math.ceil(width / STRIP)];
     [this.width, this.height] = [width, height];
-    const bytes = new Uint8ClampedArray(4 * size * count);
+    const bytes = new Uint8ClampedArray(8 * size * count);
     this._pixels = new Int32Array(bytes.buffer);
+    this.below = null;
     this._strips = Array.from({ length: count }, (_, i) =>
       new ImageData(bytes.subarray(4 * size * i, 4 * size * (i + 1)), STRIP, height));
+  }
+
+  /** Begin an empty drawing over a canvas of this size, as it is now, or over nothing. @param {HTMLCanvasElement|null} below */
+  lay(below) {
+    const { width, height, _pixels: pixels } = this;
+    const half = pixels.length / 2;
+    this.below = below;
+    if (!below) pixels.fill(0);
+    else {
+      const ctx = scratch(width, height);
+      ctx.drawImage(below, 0, 0);
+      for (let at = 0, x = 0; at < half; at += STRIP * height, x += STRIP) {
+        pixels.set(new Int32Array(ctx.getImageData(x, 0, STRIP, height).data.buffer), half + at);
+      }
+      pixels.copyWithin(0, half);
+    }
   }
 
   /** The pixel that a colour fills. @param {string} colour */
@@ -171,17 +189,19 @@ export class Sheet {
   }
 
   /**
-   * Put the drawing on a canvas in place of what was there before, and begin an empty one.
+   * Put the drawing, with what lies below, on a canvas in place of what was there before, and begin an empty one.
    * @param {CanvasRenderingContext2D} ctx
    * @param {import("./swept.js").Swept} swept  where is drawn, now and before
    */
   put(ctx, swept) {
-    const size = STRIP * this.height;
+    const { height, _pixels: pixels } = this;
+    const half = pixels.length / 2;
     for (let i = 0; i < this._strips.length; i++) {
       const [top, bottom] = swept.rows(i);
       if (bottom <= top) continue;
       ctx.putImageData(this._strips[i], STRIP * i, 0, 0, top, STRIP, bottom - top);
-      this._pixels.fill(0, size * i + STRIP * top, size * i + STRIP * bottom);
+      const first = STRIP * (height * i + top);
+      pixels.copyWithin(first, half + first, half + STRIP * (height * i + bottom));
     }
   }
 }
@@ -192,10 +212,9 @@ export class Sheet {
  * @param {(ctx: OffscreenCanvasRenderingContext2D) => void} draw
  */
 export function dotsOf(size, draw) {
-  small ??= /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true }));
-  small.canvas.width = small.canvas.height = size;
-  draw(small);
-  const pixels = new Int32Array(small.getImageData(0, 0, size, size).data.buffer);
+  const ctx = scratch(size, size);
+  draw(ctx);
+  const pixels = new Int32Array(ctx.getImageData(0, 0, size, size).data.buffer);
   const dots = [];
   for (let k = 0; k < pixels.length; k++) {
     if (pixels[k]) dots.push(k % size, Math.floor(k / size), pixels[k] & 0xffffff, pixels[k] >>> 24);
@@ -204,7 +223,14 @@ export function dotsOf(size, draw) {
 }
 
 /** @type {OffscreenCanvasRenderingContext2D|undefined} */
-let small;
+let spare;
+
+/** A blank canvas of this size, to read from. @param {number} width @param {number} height */
+function scratch(width, height) {
+  spare ??= /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true }));
+  Object.assign(spare.canvas, { width, height });
+  return spare;
+}
 
 /** Where a pixel is. @param {number} x @param {number} y @param {number} height */
 const placeOf = (x, y, height) => (((x >> SHIFT) * height + y) << SHIFT) | (x & 63);
@@ -228,6 +254,15 @@ function lay(pixels, at, colour, alpha) {
   const under = pixels[at];
   if (!under || alpha > 254) {
     pixels[at] = colour | (alpha << 24);
+    return;
+  }
+  if (under >> 24 === -1) {
+    // over what has no holes: two of the colours at once, in 256 parts
+    const part = alpha + (alpha >> 7);
+    const left = 256 - part;
+    const outer = (Math.imul(colour & 0xff00ff, part) + Math.imul(under & 0xff00ff, left) + 0x800080) >>> 8;
+    const inner = Math.imul((colour >> 8) & 255, part) + Math.imul((under >> 8) & 255, left) + 128;
+    pixels[at] = (outer & 0xff00ff) | (inner & 0xff00) | -0x1000000;
     return;
   }
   const rest = ((under >>> 24) * (255 - alpha)) / 255;

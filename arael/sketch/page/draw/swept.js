@@ -10,16 +10,14 @@ const REACH = 12;
 
 /** The highest and lowest pixel in each upright strip of the canvas. */
 export class Swept {
-  constructor() {
-    /** @type {Float64Array} */
-    this._tops = new Float64Array(0);
-    this._bottoms = this._tops;
-    // of the drawing before this one
-    this._oldTops = this._tops;
-    this._oldBottoms = this._tops;
-    this._height = 0;
-    this._ratio = 1;
-  }
+  /** @type {Float64Array} */
+  _tops = new Float64Array(0);
+  _bottoms = this._tops;
+  // of the drawing before this one
+  _oldTops = this._tops;
+  _oldBottoms = this._tops;
+  _height = 0;
+  _ratio = 1;
 
   /**
    * A drawing begins.

@@ -12,7 +12,7 @@ const lock = (p) => {
 };
 
 /** @type {Record<string, (p: Pen) => void>} */
-export const SYMBOLS = Object.freeze({
+export const SYMBOLS = {
   horizontal: (p) => polyline(p, [[-0.8, 0], [0.8, 0]]),
   vertical: (p) => polyline(p, [[0, -0.8], [0, 0.8]]),
   parallel: (p) => {
@@ -78,7 +78,7 @@ export const SYMBOLS = Object.freeze({
     lock(p);
     disc(p, 0, 0.35, 0.1);
   },
-});
+};
 
 /**
  * A badge with a constraint's symbol.

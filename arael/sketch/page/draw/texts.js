@@ -14,7 +14,7 @@ export function numberText(number) {
 }
 
 /** Whether a dimension's quantity is an angle. @param {string} kind */
-export const isAngle = (kind) => ANGLES.has(kind);
+const isAngle = (kind) => ANGLES.has(kind);
 
 /**
  * What the drawing shows: value or range with its sign and unit; derived ones in parentheses.

@@ -71,7 +71,7 @@ export function conicTangent(c, angle) {
 }
 
 /** Fraction of the sweep at an angle; outside of 0 .. 1 off an arc. @param {Conic} c @param {number} angle */
-export function parameterOf(c, angle) {
+function parameterOf(c, angle) {
   if (c.closed) return positive(angle - c.start) / TAU;
   return 0.5 + signed(angle - c.start - 0.5 * c.sweep) / c.sweep;
 }

@@ -10,7 +10,7 @@ import { circle } from "./curves.js";
  */
 
 /** Centre of the circle through three points; null if they are on a line. @param {Point} a @param {Point} b @param {Point} c @returns {Point|null} */
-export function circumcentre(a, b, c) {
+function circumcentre(a, b, c) {
   const p = mix(a, b, 0.5);
   const q = mix(b, c, 0.5);
   return meet(p, add(p, left(sub(b, a))), q, add(q, left(sub(c, b))));

@@ -8,7 +8,7 @@ export const ABOVE = 24.5;
 export const SPACING = 5;
 export const UNKNOWN = "10:0,0 10,0 10,20 0,20 0,0";
 /** @type {Readonly<Record<string, string>>} */
-export const GLYPHS = Object.freeze({
+export const GLYPHS = {
   " ": "5:",
   "!": "2:1,20 1,6|@1,1,0.7",
   "\"": "4:0,20 0,15|4,20 4,15",
@@ -116,4 +116,4 @@ export const GLYPHS = Object.freeze({
   "ä": "10:10,14 10,0|10,9 0,9~180 0,5 10,5~180|@3,18.5,0.7|@7,18.5,0.7",
   "ö": "10:10,9 0,9~180 0,5 10,5~180 10,9|@3,18.5,0.7|@7,18.5,0.7",
   "ü": "10:0,14 0,5 10,5~180|10,14 10,0|@3,18.5,0.7|@7,18.5,0.7",
-});
+};

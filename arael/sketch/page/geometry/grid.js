@@ -5,15 +5,16 @@
 const MOST_CELLS = 256;
 
 export class Grid {
+  /** @type {Map<string, Set<string>>} */
+  _cells = new Map();
+  /** Names of rectangles that touch too many cells. @type {Set<string>} */
+  _large = new Set();
+  /** @type {Map<string, [number, number, number, number]|null>} */
+  _ranges = new Map();
+
   /** @param {number} cell  side of a cell */
   constructor(cell) {
     this.cell = cell > 0 && Number.isFinite(cell) ? cell : 1;
-    /** @type {Map<string, Set<string>>} */
-    this._cells = new Map();
-    /** Names of rectangles that touch too many cells. @type {Set<string>} */
-    this._large = new Set();
-    /** @type {Map<string, [number, number, number, number]|null>} */
-    this._ranges = new Map();
   }
 
   /** @param {Box} box @returns {[number, number, number, number]} */

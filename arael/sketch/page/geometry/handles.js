@@ -3,14 +3,14 @@
 /** @typedef {import("../types.js").Entity} Entity */
 
 /** Offsets of named points within the numbers of an entity; splines have poles instead. */
-export const POINTS = Object.freeze({
+export const POINTS = {
   point: { pos: 0 },
   line: { p1: 0, p2: 2 },
   circle: { center: 0 },
   arc: { center: 0, start: 2, end: 4 },
   ellipse: { center: 0 },
   earc: { center: 0, start: 2, end: 4 },
-});
+};
 
 /**
  * Name and point of a handle; the point is empty for an entity itself.

@@ -16,11 +16,15 @@ import { mount as selection } from "./selection.js";
  */
 
 /** @type {Readonly<Record<string, Mount>>} */
-const MOUNTS = Object.freeze({ selection, parameters, relations, freedom, history });
+const MOUNTS = { selection, parameters, relations, freedom, history };
 const KEY = "panel";
 export const PHONE = "(max-width: 720px)";
 
 export class Dock {
+  open = "";
+  /** @type {Map<string, {tabs: HTMLElement[], element: HTMLElement, panel: {show(): void}}>} */
+  panels = new Map();
+
   /**
    * @param {App} app
    * @param {HTMLElement} side  holds the panels
@@ -30,9 +34,6 @@ export class Dock {
     this.app = app;
     this.side = side;
     this.phone = window.matchMedia(PHONE);
-    this.open = "";
-    /** @type {Map<string, {tabs: HTMLElement[], element: HTMLElement, panel: {show(): void}}>} */
-    this.panels = new Map();
     const above = h("div", { class: "tabs", role: "tablist", "aria-label": "panels" });
     const below = h("div", { class: "tabs", role: "tablist", "aria-label": "panels" });
     const body = h("div", { class: "panel-body" });

@@ -81,7 +81,7 @@ function conflict(app, one) {
     points(
       h(
         "button",
-        { type: "button", class: `button ${i ? "" : "primary"}`, onclick: () => app.run(`delete ${name}`) },
+        { class: `button ${i ? "" : "primary"}`, onclick: () => app.run(`delete ${name}`) },
         i ? name : `Delete ${name}`,
       ),
       app.store,

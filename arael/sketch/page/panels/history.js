@@ -49,7 +49,6 @@ export function mount(app, element) {
     return h(
       "button",
       {
-        type: "button",
         class: `step ${state}`,
         title,
         "aria-current": state === "now" ? "step" : null,

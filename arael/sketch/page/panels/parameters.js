@@ -73,7 +73,6 @@ function row(app, one, again) {
   const remove = h(
     "button",
     {
-      type: "button",
       class: "icon-button quiet",
       "aria-label": `delete ${one.name}`,
       title: "Delete",

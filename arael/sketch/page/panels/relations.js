@@ -15,14 +15,14 @@ import { points } from "../mention.js";
 const FIRST = 200;
 
 /** @type {readonly {id: string, title: string}[]} */
-const FILTERS = Object.freeze([
+const FILTERS = [
   { id: "all", title: "All" },
   { id: "constraints", title: "Constraints" },
   { id: "dimensions", title: "Dimensions" },
   { id: "selected", title: "Of the selection" },
   { id: "problems", title: "Problems" },
   { id: "off", title: "Switched off" },
-]);
+];
 
 /**
  * Constraints and dimensions that a search and a filter leave.
@@ -75,7 +75,7 @@ export function mount(app, element) {
   );
   const count = h("p", { class: "count", "aria-live": "polite" });
   const rows = h("ul", { class: "rows" });
-  const more = h("button", { type: "button", class: "button more", hidden: true }, "Show more");
+  const more = h("button", { class: "button more", hidden: true }, "Show more");
   fill(element, h("div", { class: "search-row" }, search, filter), count, rows, more);
 
   function show() {
@@ -112,13 +112,12 @@ function focusedRow(rows) {
   return { name, button: `[data-role="${role}"]` };
 }
 
-const STATES = /** @type {Readonly<Record<string, string>>} */ (
-  Object.freeze({
-    redundant: "redundant: it follows from others",
-    impossible: "impossible together with others",
-    here: "redundant in this position only",
-  })
-);
+/** @type {Readonly<Record<string, string>>} */
+const STATES = {
+  redundant: "redundant: it follows from others",
+  impossible: "impossible together with others",
+  here: "redundant in this position only",
+};
 
 /** @param {App} app @param {Constraint|Dimension} one */
 function row(app, one) {
@@ -130,7 +129,6 @@ function row(app, one) {
   const pick = h(
     "button",
     {
-      type: "button",
       class: "pick",
       "data-role": "pick",
       title: `${one.name}: ${one.kind} ${one.args.join(" ")}`,
@@ -168,7 +166,6 @@ function value(app, one) {
   return h(
     "button",
     {
-      type: "button",
       class: "value",
       "data-role": "value",
       title: one.derived ? "only measures" : `edit: ${text}${number && text !== number ? ` = ${number}` : ""}`,

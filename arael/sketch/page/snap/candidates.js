@@ -90,7 +90,7 @@ function onCurve(name, curve, at, context, found) {
 }
 
 /** Where tangents from a point touch a circle or arc. @param {Conic} c @param {Point} from @returns {Point[]} */
-export function tangentPoints(c, from) {
+function tangentPoints(c, from) {
   const d = dist(from, [c.cx, c.cy]);
   if (d <= c.rx) return [];
   const [x, y] = sub(from, [c.cx, c.cy]);

@@ -15,22 +15,27 @@ import { candidates } from "./candidates.js";
  */
 
 /** Snaps of a lower rank win over nearer ones. @type {Record<SnapKind, number>} */
-export const RANKS = Object.freeze({
+export const RANKS = {
   endpoint: 0, centre: 1, intersection: 1, midpoint: 2, tangent: 2, perpendicular: 2, quadrant: 3,
   nearest: 5, alignment: 4, grid: 6,
-});
+};
 
 /** In words. @type {Record<SnapKind, string>} */
-export const WORDS = Object.freeze({
+export const WORDS = {
   endpoint: "endpoint", centre: "centre", midpoint: "middle", quadrant: "quadrant", intersection: "crossing",
   nearest: "on", tangent: "tangent to", perpendicular: "perpendicular to", alignment: "in line with", grid: "grid",
-});
+};
 
 /** Reach of a snap in pixels. */
 const REACH = 10;
 const MOST_RECENT = 3;
 
 export class Snapper {
+  /** Handles of points that the pointer touched lately: others align with them. @type {string[]} */
+  recent = [];
+  /** Kinds that are switched off. @type {Set<SnapKind>} */
+  off = new Set();
+
   /**
    * @param {import("../store.js").Store} store
    * @param {import("../view.js").View} view
@@ -40,10 +45,6 @@ export class Snapper {
     this.store = store;
     this.view = view;
     this.picker = picker;
-    /** Handles of points that the pointer touched lately: others align with them. @type {string[]} */
-    this.recent = [];
-    /** Kinds that are switched off. @type {Set<SnapKind>} */
-    this.off = new Set();
   }
 
   /**

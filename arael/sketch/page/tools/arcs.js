@@ -43,10 +43,11 @@ class ThreePointArc extends PointsTool {
 }
 
 class CentreArc extends PointsTool {
+  clockwise = false;
+
   /** @param {App} app */
   constructor(app) {
     super(app, ["centre of the arc", "its start; type the radius", "its end; type the angle; Shift: the other way round"]);
-    this.clockwise = false;
   }
 
   fields() {
@@ -121,11 +122,12 @@ class CentreArc extends PointsTool {
 }
 
 class TangentArc extends PointsTool {
+  /** Handle of the end that it goes on from. */
+  from = "";
+
   /** @param {App} app */
   constructor(app) {
     super(app, ["end of a line or arc to go on from", "end of the arc"]);
-    /** Handle of the end that it goes on from. */
-    this.from = "";
   }
 
   /** @param {Place} place */

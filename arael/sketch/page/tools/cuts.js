@@ -13,12 +13,13 @@ import { dist } from "../geometry/vectors.js";
  */
 
 class CutTool extends PicksTool {
+  /** @type {Point|null} */
+  at = null;
+
   /** @param {App} app @param {"trim"|"split"|"extend"} word */
   constructor(app, word) {
     super(app, word === "extend" ? ["line", "arc"] : CURVES, 1);
     this.word = word;
-    /** @type {Point|null} */
-    this.at = null;
   }
 
   get hint() {

@@ -22,11 +22,12 @@ export class DimensionTool extends PicksTool {
     make: (app) => new DimensionTool(app),
   };
 
+  /** Which of the kinds that fit is meant; -1: as the pointer lies. */
+  choice = -1;
+
   /** @param {import("../app.js").App} app */
   constructor(app) {
     super(app, ["point", "pointlike", ...CURVES], 2);
-    /** Which of the kinds that fit is meant; -1: as the pointer lies. */
-    this.choice = -1;
     const names = [...app.store.selection].filter((name) => app.store.entities.has(splitHandle(name)[0]));
     if (names.length <= 2 && names.every((name) => !app.store.constraints.has(name))) this.names = names;
   }

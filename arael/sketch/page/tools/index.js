@@ -26,7 +26,7 @@ import { TRANSFORMS } from "./transforms.js";
  */
 
 /** All tools in the order in which they are offered. @type {readonly ToolSpec[]} */
-export const TOOLS = Object.freeze([
+export const TOOLS = [
   SelectTool.spec,
   LineTool.spec,
   ...RECTANGLES,
@@ -46,16 +46,17 @@ export const TOOLS = Object.freeze([
   MirrorTool.spec,
   ...PATTERNS,
   ...TRANSFORMS,
-]);
+];
 
 /** Events: "tool" when another one is active. */
 export class Toolbox extends EventTarget {
+  id = "select";
+  table = TOOLS;
+
   /** @param {import("../app.js").App} app */
   constructor(app) {
     super();
     this.app = app;
-    this.table = TOOLS;
-    this.id = "select";
     /** @type {Tool} */
     this.current = SelectTool.spec.make(app);
   }

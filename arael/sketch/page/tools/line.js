@@ -21,16 +21,17 @@ export class LineTool extends PointsTool {
     make: (app) => new LineTool(app),
   };
 
+  /** Name of the last line of the chain, "" at its start. */
+  last = "";
+  /** Where the chain began, to close it. @type {string} */
+  first = "";
+  /** Whether the place that is there is the end of the line before. */
+  _chained = false;
+  _running = Promise.resolve();
+
   /** @param {import("../app.js").App} app */
   constructor(app) {
     super(app, ["start of the line", "end of the line; Enter or a right click ends the chain"]);
-    /** Name of the last line of the chain, "" at its start. */
-    this.last = "";
-    /** Where the chain began, to close it. @type {string} */
-    this.first = "";
-    /** Whether the place that is there is the end of the line before. */
-    this._chained = false;
-    this._running = Promise.resolve();
   }
 
   context() {

@@ -15,14 +15,15 @@ export class MeasureTool extends PicksTool {
     make: (app) => new MeasureTool(app),
   };
 
+  /** What was measured last: `distance: 5`. */
+  /** @type {string[]} */
+  lines = [];
+  /** @type {import("../types.js").Point|null} */
+  resultAt = null;
+
   /** @param {import("../app.js").App} app */
   constructor(app) {
     super(app, ["point", "pointlike", ...CURVES], 2);
-    /** What was measured last: `distance: 5`. */
-    /** @type {string[]} */
-    this.lines = [];
-    /** @type {import("../types.js").Point|null} */
-    this.resultAt = null;
   }
 
   get hint() {

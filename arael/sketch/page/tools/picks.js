@@ -12,6 +12,11 @@ import { Tool } from "./tool.js";
 export const CURVES = ["line", "circle", "arc", "ellipse", "earc", "bezier", "bspline"];
 
 export class PicksTool extends Tool {
+  /** @type {string[]} */
+  names = [];
+  /** What is under the pointer. */
+  under = "";
+
   /**
    * @param {import("../app.js").App} app
    * @param {Wanted[]} wanted  kinds of entities; "pointlike" for any point
@@ -21,10 +26,6 @@ export class PicksTool extends Tool {
     super(app);
     this.wanted = new Set(wanted);
     this.most = count;
-    /** @type {string[]} */
-    this.names = [];
-    /** What is under the pointer. */
-    this.under = "";
   }
 
   get begun() {

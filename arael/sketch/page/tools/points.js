@@ -13,12 +13,13 @@ import { Tool } from "./tool.js";
 
 /** A tool of a fixed number of places; `hints` has one text for each. */
 export class PointsTool extends Tool {
+  /** @type {Place[]} */
+  places = [];
+
   /** @param {import("../app.js").App} app @param {string[]} hints */
   constructor(app, hints) {
     super(app);
     this.hints = hints;
-    /** @type {Place[]} */
-    this.places = [];
   }
 
   get hint() {

@@ -22,18 +22,14 @@ export class SelectTool extends Tool {
     make: (app) => new SelectTool(app),
   };
 
-  /** @param {import("../app.js").App} app */
-  constructor(app) {
-    super(app);
-    /** What is pressed. @type {Pick|null} */
-    this.held = null;
-    /** @type {Place|null} */
-    this.from = null;
-    /** @type {Grab} */
-    this.grab = "none";
-    /** Which of the things that overlap is meant. */
-    this.cycle = 0;
-  }
+  /** What is pressed. @type {Pick|null} */
+  held = null;
+  /** @type {Place|null} */
+  from = null;
+  /** @type {Grab} */
+  grab = "none";
+  /** Which of the things that overlap is meant. */
+  cycle = 0;
 
   get hint() {
     return SelectTool.spec.hint;

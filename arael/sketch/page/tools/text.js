@@ -20,10 +20,11 @@ export class TextTool extends PointsTool {
     make: (app) => new TextTool(app),
   };
 
+  words = "";
+
   /** @param {import("../app.js").App} app */
   constructor(app) {
     super(app, ["left end of the base line of the text; type its height"]);
-    this.words = "";
   }
 
   get height() {

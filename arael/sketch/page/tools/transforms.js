@@ -21,14 +21,15 @@ const HINTS = {
 };
 
 class TransformTool extends PicksTool {
+  /** @type {Point[]} */
+  places = [];
+
   /** @param {App} app @param {Word} word */
   constructor(app, word) {
     super(app, ["point", ...CURVES], Infinity);
     this.word = word;
     this.names = this.selected();
     this.placing = this.names.length > 0;
-    /** @type {Point[]} */
-    this.places = [];
   }
 
   get hint() {

@@ -5,12 +5,10 @@
 const FIRST = /^[0-9.\-+=(]$/;
 
 export class Typed {
-  constructor() {
-    /** @type {Map<string, string>} */
-    this.texts = new Map();
-    this.active = 0;
-    this.open = false;
-  }
+  /** @type {Map<string, string>} */
+  texts = new Map();
+  active = 0;
+  open = false;
 
   clear() {
     this.texts.clear();
