@@ -15,6 +15,9 @@ Reading a pixel back forces the rasterisation, whose end is that of a frame. Tim
 message* begin when the page sends the message of the mouse: without what the browser takes to hand
 the event over, and the page to find the place. The row *no editor* is what the same way takes with
 a server that returns each message, and a page that draws two hundred lines (`floor.py`).
+
+A run during which the host of a virtual machine took processors away is made again, and named in
+the table with its times (`undisturbed.py`).
 """
 
 from __future__ import annotations
@@ -23,11 +26,12 @@ import json
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +43,9 @@ from benchmarks.measure import table
 from benchmarks.sketch.browser import Browser
 from benchmarks.sketch.floor import floor
 from benchmarks.systems import Plan
+from benchmarks.undisturbed import MOST, Run, undisturbed
+
+T = TypeVar("T")
 
 PER_RECTANGLE = 10
 PERIOD = 8.0
@@ -218,36 +225,26 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
     rows, stages = [], []
     for count, wanted in WANTED.items():
         for way in WAYS:
-            found = frames(count, moves, way)
-            total = found.total
-            late = int((total > 16.7).sum())
-            rows.append(
-                [
-                    f"{count:,}",
-                    way,
-                    str(found.moved),
-                    *(f"{x:.1f}" for x in (*np.percentile(total, [50, 95, 99]), total.max())),
-                    _three(found.from_message),
-                    f"{late} of {len(total)}",
-                    str(found.still),
-                    wanted,
-                ]
-            )
+            runs = undisturbed(partial(frames, count, moves, way))
+            found = runs[-1].found
+            row = [f"{count:,}", way, str(found.moved), *_quantiles(found.total)]
+            row += [_three(found.from_message), _late(found.total), str(found.still)]
+            rows.append([*row, *_taken(runs, lambda one: one.from_message), wanted])
             stages += ["", f"{count:,}, {way}:", "", *_stages(found, way != "page")]
     for way in WAYS[1:]:
-        bare, bare_from_message = floor(moves, PERIOD, way == "paced")
-        late = int((bare > 16.7).sum())
-        quantiles = (*np.percentile(bare, [50, 95, 99]), bare.max())
-        shown = [f"{x:.1f}" for x in quantiles]
-        shown.append(_three(bare_from_message))
-        rows.append(["no editor", way, "-", *shown, f"{late} of {len(bare)}", "-", "-"])
+        bare = undisturbed(partial(floor, moves, PERIOD, way == "paced"))
+        total, from_message = bare[-1].found
+        row = ["no editor", way, "-", *_quantiles(total), _three(from_message), _late(total), "-"]
+        rows.append([*row, *_taken(bare, lambda one: one[1]), "-"])
     head = ["constraints", "moves by", "entities that move", "p50", "p95", "p99", "most"]
-    head += ["from the message: p50, p95, p99", "later than 16.7 ms", "nothing moved", "wanted"]
+    head += ["from the message: p50, p95, p99", "later than 16.7 ms", "nothing moved"]
+    head += ["taken by the host", "runs left out: taken; from the message", "wanted"]
     return [
         "## sketch-frames",
         "",
         "From the message of the mouse to the painted canvas, milliseconds, in Chromium; the",
-        "server is a process on the same machine.",
+        "server is a process on the same machine. A run in which the host of a virtual machine",
+        f"took more than {MOST:.1%} of the processors' time is made again.",
         "",
         *table(head, rows),
         *stages,
@@ -262,6 +259,22 @@ def _stages(found: Frames, by_mouse: bool) -> list[str]:
         rows.append([name, *(_percentiles(found.between(first, last)))])
     rows.append(["(processor time of the solving thread)", *_percentiles(found.cpu)])
     return table(["stage", "p50", "p95", "p99", "most"], rows)
+
+
+def _taken(
+    runs: Sequence[Run[T]], from_message: Callable[[T], NDArray[np.float64]]
+) -> tuple[str, str]:
+    """What the host took in the run that counts; the same of the others, with their times."""
+    others = [f"{one.taken:.1%}; {_three(from_message(one.found))}" for one in runs[:-1]]
+    return f"{runs[-1].taken:.1%}", "<br>".join(others) or "-"
+
+
+def _quantiles(total: NDArray[np.float64]) -> list[str]:
+    return [f"{x:.1f}" for x in (*np.percentile(total, [50, 95, 99]), total.max())]
+
+
+def _late(total: NDArray[np.float64]) -> str:
+    return f"{int((total > 16.7).sum())} of {len(total)}"
 
 
 def _three(values: NDArray[np.float64]) -> str:
