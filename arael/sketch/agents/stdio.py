@@ -11,7 +11,6 @@ import sys
 
 import uvicorn
 
-from arael.sketch.agents.tools import Agents
 from arael.sketch.server.serving import Opened, config, opened
 
 
@@ -26,7 +25,7 @@ def serve_stdio(file: str | None = None, *, port: int = 0, allow_agents: bool = 
 
 
 async def _serve(found: Opened) -> None:
-    agents: Agents = found.agents
+    agents = found.agents()
     page = uvicorn.Server(config(found.server.app))
     serving = asyncio.create_task(page.serve(sockets=[found.listener]))
     try:

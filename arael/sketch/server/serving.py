@@ -10,14 +10,15 @@ import threading
 import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import uvicorn
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.sketch.agents.http import HttpAgents
-from arael.sketch.agents.tools import Agents
+from arael.sketch.agents.http import TOOLS, HttpAgents
 from arael.sketch.commands.session import Session
 from arael.sketch.server.addresses import listening_for
 from arael.sketch.server.app import Server
@@ -26,6 +27,9 @@ from arael.sketch.server.protocol import MAX_MESSAGE
 from arael.sketch.server.quick_socket import QuickSocket
 from arael.sketch.server.shared import SharedSketch
 from arael.sketch.server.worker import Worker
+
+if TYPE_CHECKING:
+    from arael.sketch.agents.tools import Agents
 
 
 def serve(
@@ -68,13 +72,13 @@ class Opened:
     Attributes
     ----------
     server : the application
-    agents : tools of agents
+    agents : returns the tools of agents, the same ones each time
     listener : the socket that it listens on
     address : of the page, with the token
     """
 
     server: Server
-    agents: Agents
+    agents: Callable[[], Agents]
     listener: socket.socket
     address: str
 
@@ -100,7 +104,8 @@ def opened(
         raise
     shared.agent_allowed = allow_agents
     worker = Worker(shared)
-    agents = Agents(worker, address.page if by_agent else "the address that the server printed")
+    shown = address.page if by_agent else "the address that the server printed"
+    agents = cache(lambda: import_module(TOOLS).Agents(worker, shown))
     tokens = {"/socket": address.token, "/mcp": address.agent_token}
     server = Server(worker, tokens, HttpAgents(agents))
     say(f"editing {keeper.path}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+import subprocess
 import sys
 import threading
 from collections.abc import Awaitable, Callable, Iterator
@@ -291,3 +292,18 @@ def test_an_answer_to_nothing_is_ignored(server: ServerProcess) -> None:
         page.send({"type": "answer", "id": number, "allow": True})
     assert page.run("list")["ok"]
     page.close()
+
+
+def test_a_server_starts_without_the_sdk_but_not_where_it_is_missing() -> None:
+    """To import it takes half of the start; it is there when the first agent comes."""
+    there = "import sys, arael.sketch.server.serving; assert 'mcp' not in sys.modules"
+    subprocess.run([sys.executable, "-c", there], check=True)
+    missing = "import sys; sys.modules['mcp'] = None; from arael.cli.main import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", missing, "sketch", "--serve", "--no-open", "nowhere.json"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2
+    assert "E1412" in done.stderr and "the module `mcp`" in done.stderr
+    assert "pip install 'arael[sketch]'" in done.stderr
