@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from arael.diagnostics.model_warnings import ModelWarning as ModelWarning
     from arael.diagnostics.records import AraelError as AraelError
     from arael.diagnostics.records import Diagnostic as Diagnostic
+    from arael.exporting import Export as Export
+    from arael.exporting.exporter import export as export
     from arael.fitting.fit import fit as fit
     from arael.fitting.result import Fit as Fit
     from arael.functions import Function as Function
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "AraelError": "arael.diagnostics.records",
     "Diagnostic": "arael.diagnostics.records",
+    "Export": "arael.exporting",
     "Fit": "arael.fitting.result",
     "Function": "arael.functions",
     "LmConfig": "arael.config",
@@ -55,6 +58,7 @@ _HOMES = {
     "Result": "arael.result",
     "SolveError": "arael.runtime.failures",
     "Start": "arael.starts",
+    "export": "arael.exporting",
     "fit": "arael.fitting.fit",
     "initialise": "arael.starts",
     "load": "arael.loading",

@@ -15,6 +15,7 @@ COMMANDS = {
     "fmt": "Format model files.",
     "info": "Show the content of a model: structs, parameters, constraints.",
     "emit": "Print a stage of the compiler.",
+    "export": "Write a model as C, to run without Python.",
     "explain": "Explain a diagnostic code.",
     "demo": "Run a demonstration on synthetic data.",
     "cache": "Show or clear the cache of compiled models.",

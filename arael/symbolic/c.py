@@ -30,7 +30,7 @@ def _expression(one: Operation, operands: Sequence[str], real: str) -> str:
     return text.format(*operands)
 
 
-def _operation(name: str, operands: Sequence[tuple[str, int]], real: str) -> tuple[str, int]:
+def c_operation(name: str, operands: Sequence[tuple[str, int]], real: str) -> tuple[str, int]:
     """Write an operation of texts with their bindings: how strongly each holds together."""
     one = _PRIMITIVES[name]
     if one.library or name in _INLINE:
@@ -78,5 +78,5 @@ def c(g: Graph, node: int, names: Callable[[Hashable], str] = str, real: str = "
             arguments = ", ".join(written[a][0] for a in g.args[current])
             written[current] = f"{g.functions[name].name}({arguments})", _ATOM
         else:
-            written[current] = _operation(name, [written[a] for a in g.args[current]], real)
+            written[current] = c_operation(name, [written[a] for a in g.args[current]], real)
     return written[node][0]

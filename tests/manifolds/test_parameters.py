@@ -131,3 +131,16 @@ def test_names() -> None:
     for name in ("vec", "vec0", "vec65", "vec999", "vec1000", "vec٣", "vec3\n", "matrix", ""):
         with pytest.raises(KeyError):
             parameter_type(name)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", KINDS)
+def test_local_coordinates_invert_the_retraction(name: str, seed: int) -> None:
+    kind = parameter_type(name)
+    base, width = stored_value(kind, seed), kind.tangent_width
+    for size in (0.0, 1e-9, 0.4):
+        delta = size * np.random.default_rng(seed + 7).normal(size=width)
+        g = Graph()
+        b, s = inputs(g, kind.storage, "b"), inputs(g, kind.storage, "s")
+        found = run(g, kind.local(g, b, s), [*base, *retract(kind, base, delta)])
+        np.testing.assert_allclose(found, delta, rtol=1e-9, atol=2e-15)

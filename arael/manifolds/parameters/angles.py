@@ -13,6 +13,7 @@ from arael.manifolds.parameters.kind import (
     Tangents,
     by_columns,
     diagonal,
+    difference,
 )
 from arael.symbolic.graph import Graph
 from arael.symbolic.operators import Scalar
@@ -56,6 +57,7 @@ EULER = ParameterType(
     diagonal,
     _euler_caches,
     _euler_cache_tangents,
+    difference,
     (("sin", 3), ("cos", 3), ("R", 9)),
     AXES,
     AXES,
@@ -64,6 +66,10 @@ EULER = ParameterType(
 
 def _retract_angle(g: Graph, stored: Sequence[int], delta: Sequence[int]) -> Vector:
     return [wrap(Scalar(g, stored[0]) + Scalar(g, delta[0])).node]
+
+
+def _local_angle(g: Graph, base: Sequence[int], stored: Sequence[int]) -> Vector:
+    return [wrap(Scalar(g, stored[0]) - Scalar(g, base[0])).node]
 
 
 def _angle_caches(g: Graph, stored: Sequence[int]) -> Caches:
@@ -90,6 +96,7 @@ ANGLE = ParameterType(
     diagonal,
     _angle_caches,
     _angle_cache_tangents,
+    _local_angle,
     (("sin", 1), ("cos", 1), ("R", 4)),
     ("",),
     ("",),

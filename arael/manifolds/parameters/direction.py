@@ -32,6 +32,7 @@ DIRECTION = ParameterType(
     _tangent,
     _caches,
     _cache_tangents,
+    sphere.log,
     (("B", 6),),
     AXES,
     (".u", ".v"),

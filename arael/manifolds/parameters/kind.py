@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from arael.manifolds.linear import Vector, add
+from arael.manifolds.linear import Vector, add, sub
 from arael.symbolic.graph import Graph
 
 Tangents = list[dict[int, int]]
@@ -31,6 +31,8 @@ class ParameterType:
     caches : (graph, stored) -> values worth keeping per entity, by name; matrices row by row
     cache_tangents : (graph, stored, caches) -> derivative by delta at 0 of each cached value that
         constraints read; what only tangents read has none
+    local : (graph, base, stored) -> delta with ``retract(base, delta) = stored``, of the shortest
+        rotation
     cache_names : the names in `caches` with their numbers of scalars
     stored_names : suffix of the name of each stored scalar
     tangent_names : suffix of the name of each component of delta
@@ -45,6 +47,7 @@ class ParameterType:
     tangent: Callable[[Graph, Sequence[int], Caches], Tangents]
     caches: Callable[[Graph, Sequence[int]], Caches]
     cache_tangents: Callable[[Graph, Sequence[int], Caches], dict[str, Tangents]]
+    local: Callable[[Graph, Sequence[int], Sequence[int]], Vector]
     cache_names: tuple[tuple[str, int], ...] = ()
     stored_names: tuple[str, ...] = ()
     tangent_names: tuple[str, ...] = ()
@@ -54,6 +57,11 @@ class ParameterType:
     def flat(self) -> bool:
         """Whether the stored value is simply added to."""
         return self.retract is add
+
+
+def difference(g: Graph, base: Sequence[int], stored: Sequence[int]) -> Vector:
+    """``stored - base``, of parameters that a step is added to."""
+    return sub(g, stored, base)
 
 
 def numbered(count: int) -> tuple[str, ...]:
@@ -103,6 +111,7 @@ def plain(name: str, width: int) -> ParameterType:
         diagonal,
         no_caches,
         no_tangents,
+        difference,
         stored_names=numbered(width),
         tangent_names=numbered(width),
     )

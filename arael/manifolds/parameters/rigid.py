@@ -31,6 +31,11 @@ def _retract(g: Graph, stored: Sequence[int], delta: Sequence[int]) -> Vector:
     return rigid.compose(g, stored, rigid.exp(g, delta), normalise=True)
 
 
+def _local(g: Graph, base: Sequence[int], stored: Sequence[int]) -> Vector:
+    """``log(T0^-1 T)``."""
+    return rigid.log(g, rigid.between(g, base, stored, rigid.matrix_of(g, base)))
+
+
 def _caches(g: Graph, stored: Sequence[int]) -> Caches:
     return quaternion_caches(g, stored[3:7])
 
@@ -65,6 +70,7 @@ TRANSFORM = ParameterType(
     _tangent,
     _caches,
     _cache_tangents,
+    _local,
     (("R", 9),),
     (*_TRANSLATION, *(f".rotation{part}" for part in PARTS)),
     (*_TRANSLATION, *_ROTATION),
@@ -80,6 +86,7 @@ SIMILARITY = ParameterType(
     _tangent,
     _caches,
     _cache_tangents,
+    _local,
     (("R", 9),),
     (*TRANSFORM.stored_names, ".scale"),
     (*TRANSFORM.tangent_names, ".scale"),

@@ -24,6 +24,20 @@ def retract_quaternion(g: Graph, stored: Sequence[int], delta: Sequence[int]) ->
     return quaternion.normalized(g, quaternion.product(g, stored, quaternion.exp(g, delta)))
 
 
+def _local_rotation(g: Graph, base: Sequence[int], stored: Sequence[int]) -> Vector:
+    """Euler angles of ``q0* q``."""
+    return rotation.euler_angles(g, quaternion.rotation_matrix(g, _turn(g, base, stored)))
+
+
+def _local_quaternion(g: Graph, base: Sequence[int], stored: Sequence[int]) -> Vector:
+    """``2 log(q0* q)``, a rotation vector of length at most pi."""
+    return quaternion.log(g, _turn(g, base, stored))
+
+
+def _turn(g: Graph, base: Sequence[int], stored: Sequence[int]) -> Vector:
+    return quaternion.product(g, quaternion.conj(g, base), stored)
+
+
 def quaternion_tangent(g: Graph, stored: Sequence[int], caches: Caches) -> Tangents:
     """Return ``q (0, e_k) / 2``, of Euler angles as of rotation vectors: they agree near zero."""
     half, zero = g.const(0.5), g.const(0.0)
@@ -62,6 +76,7 @@ ROTATION = ParameterType(
     quaternion_tangent,
     quaternion_caches,
     quaternion_cache_tangents,
+    _local_rotation,
     (("R", 9),),
     PARTS,
     AXES,
@@ -76,6 +91,7 @@ QUATERNION = ParameterType(
     quaternion_tangent,
     quaternion_caches,
     quaternion_cache_tangents,
+    _local_quaternion,
     (("R", 9),),
     PARTS,
     AXES,

@@ -1,0 +1,72 @@
+"""`arael export`: a model as source code that runs without Python."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from arael.cli.data_files import data_options, read_data
+from arael.cli.options import json_option
+from arael.exporting.exporter import TARGETS, export
+from arael.loading import find_model, load
+
+
+@click.command("export", short_help="Write a model as C, to run without Python.")
+@click.argument("model")
+@click.argument("data", nargs=-1)
+@click.option("--to", "target", type=click.Choice(TARGETS), default="c", show_default=True)
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    type=click.Path(file_okay=False),
+    help="Folder of the files. [default: the model's name and the target]",
+)
+@click.option(
+    "--constraint", metavar="NAME", multiple=True, help="Only this one: Pose.gps. May be repeated."
+)
+@click.option("--precision", type=click.Choice(["f32", "f64"]), help="Overrides that of the root.")
+@data_options
+@json_option
+def command(
+    model: str,
+    data: tuple[str, ...],
+    target: str,
+    output: str | None,
+    constraint: tuple[str, ...],
+    precision: str | None,
+    format: str | None,
+    collection: str | None,
+    fields: dict[str, str] | None,
+    as_json: bool,
+) -> None:
+    """Write MODEL as source code that needs no Python.
+
+    c: for each constraint a C99 function of plain arrays for its residuals and derivatives, for
+    each entity its retraction and local coordinates, in one header and one source; CMakeLists.txt;
+    and main.c, which evaluates the first rows of DATA.
+    """
+    instance: Any = None
+    if data:
+        instance = load(model, interpret=True)()  # type: ignore[call-arg]
+        read_data(instance, data, format, collection, fields)
+    project = export(
+        model,
+        target,  # type: ignore[arg-type]
+        data=instance,
+        constraint=constraint or None,
+        precision=precision,  # type: ignore[arg-type]
+    )
+    folder = output or f"{find_model(model).stem}-{target}"
+    paths = project.write(folder)
+    if as_json:
+        click.echo(json.dumps({"target": target, "files": [str(path) for path in paths]}))
+        return
+    for path in paths:
+        click.echo(f"wrote {path}")
+    if data or output is None:
+        click.echo(f"build it: cmake -S {Path(folder)} -B {Path(folder, 'build')} && ", nl=False)
+        click.echo(f"cmake --build {Path(folder, 'build')}")

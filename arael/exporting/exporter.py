@@ -1,0 +1,135 @@
+"""`export`: from a model to the files of a project."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import BinaryIO, Literal
+
+from arael.compiler.compilation import compile_text
+from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.diagnostics.suggest import closest
+from arael.exporting.c_functions import Functions, functions_of
+from arael.exporting.project import SHOWN, files_of
+from arael.exporting.sample import samples_of
+from arael.io.files import shown, write_whole
+from arael.loading import find_model
+from arael.model import Model
+from arael.syntax.files import read_source
+
+TARGETS = ("c",)
+
+
+@dataclass(frozen=True)
+class Export:
+    """The files of an exported project.
+
+    Attributes
+    ----------
+    target : what it was exported to
+    files : text of each file by its name
+    functions : what the C functions are called and read
+    """
+
+    target: str
+    files: Mapping[str, str]
+    functions: Functions
+
+    def write(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Write all files into `folder`, which is made if it is not there; return their paths.
+
+        Raises
+        ------
+        AraelError
+            A file cannot be written; each is written whole or not at all.
+        """
+        try:
+            Path(folder).mkdir(parents=True, exist_ok=True)
+        except OSError as failure:
+            reason = (failure.strerror or str(failure)).lower()
+            raise AraelError(
+                Diagnostic("E0715", f"the folder cannot be made: {reason}", origin=shown(folder))
+            ) from None
+        paths = [Path(folder, name) for name in self.files]
+        for path, text in zip(paths, self.files.values(), strict=True):
+            write_whole(path, partial(_put, text.encode()))
+        return paths
+
+    def __repr__(self) -> str:
+        return f"Export(to={self.target!r}, files={list(self.files)})"
+
+
+def export(
+    model: str | os.PathLike[str],
+    to: Literal["c"] = "c",
+    *,
+    data: Model | None = None,
+    constraint: str | Sequence[str] | None = None,
+    precision: Literal["f64", "f32"] | None = None,
+    root: str | None = None,
+) -> Export:
+    """Export a model to source code that runs without Python.
+
+    Parameters
+    ----------
+    model : name of a standard model (``"slam"``) or path of a ``.arael`` file
+    to : ``"c"``: for each constraint a C99 function of plain arrays for residuals and derivatives,
+        for each entity its retraction and local coordinates
+    data : instance of the model; `main.c` evaluates the first rows of its data
+    constraint : only these, as ``"Edge.between"``
+    precision : instead of what the root declares
+    root : which root, where the file has several
+
+    Raises
+    ------
+    AraelError
+        The model is wrong; E1501: a constraint sums over a list of any length; E1502: there is no
+        such constraint, or `data` is of another model.
+
+    Examples
+    --------
+    >>> import arael
+    >>> project = arael.export("pose_graph_2d")
+    >>> list(project.files)
+    ['pose_graph_2d.h', 'pose_graph_2d.c', 'main.c', 'CMakeLists.txt']
+    """
+    if to not in TARGETS:
+        raise wrong_argument("export", "to", " or ".join(map(repr, TARGETS)), to)
+    path = find_model(model)
+    program = compile_text(read_source(path), root=root, precision=precision).program
+    kernels = program.kernels
+    labels = list(dict.fromkeys(kernel.group.label for kernel in kernels))
+    if constraint is not None:
+        wanted = [constraint] if isinstance(constraint, str) else list(constraint)
+        for name in wanted:
+            if name not in labels:
+                raise _no_constraint(name, labels)
+        kernels = tuple(kernel for kernel in kernels if kernel.group.label in wanted)
+    functions = functions_of(program.layout, kernels)
+    samples = None
+    if data is not None:
+        if data._compiled.layout.name != program.layout.name:
+            raise AraelError(
+                Diagnostic(
+                    "E1502",
+                    f"the data is of the model `{data._compiled.layout.name}`, "
+                    f"expected `{program.layout.name}`",
+                )
+            )
+        samples = samples_of(functions, data, SHOWN)
+    text = read_source(path).text
+    return Export(to, files_of(functions, text, samples), functions)
+
+
+def _put(content: bytes, file: BinaryIO) -> None:
+    file.write(content)
+
+
+def _no_constraint(name: str, labels: Sequence[str]) -> AraelError:
+    near = closest(name, labels)
+    hint = f"did you mean `{near[0]}`?" if near else f"there are {', '.join(labels)}"
+    return AraelError(Diagnostic("E1502", f"there is no constraint `{name}`", help=(hint,)))
