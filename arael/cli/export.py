@@ -14,6 +14,21 @@ from arael.exporting.exporter import TARGETS, export
 from arael.loading import find_model, load
 
 
+def _sizes(
+    context: click.Context, option: click.Parameter, text: str | None
+) -> dict[str, int] | str | None:
+    """``poses=10,edges=20`` as a dict."""
+    if text is None or text == "data":
+        return text
+    found = {}
+    for part in text.split(","):
+        name, sign, number = (word.strip() for word in part.partition("="))
+        if not (name and sign and number.isdecimal()):
+            raise click.BadParameter(f"expected NAME=N,... or data, found '{part}'")
+        found[name] = int(number)
+    return found
+
+
 @click.command("export", short_help="Write a model as C, to run without Python.")
 @click.argument("model")
 @click.argument("data", nargs=-1)
@@ -28,12 +43,19 @@ from arael.loading import find_model, load
 @click.option(
     "--constraint", metavar="NAME", multiple=True, help="Only this one: Pose.gps. May be repeated."
 )
+@click.option(
+    "--size",
+    metavar="NAME=N,...",
+    callback=_sizes,
+    help="Also a whole solver, for at most so many rows; `data`: for the rows and refs of DATA.",
+)
 @click.option("--precision", type=click.Choice(["f32", "f64"]), help="Overrides that of the root.")
 @data_options
 @json_option
 def command(
     model: str,
     data: tuple[str, ...],
+    size: dict[str, int] | str | None,
     target: str,
     output: str | None,
     constraint: tuple[str, ...],
@@ -47,7 +69,8 @@ def command(
 
     c: for each constraint a C99 function of plain arrays for its residuals and derivatives, for
     each entity its retraction and local coordinates, in one header and one source; CMakeLists.txt;
-    and main.c, which evaluates the first rows of DATA.
+    and main.c, which evaluates the first rows of DATA. With --size also a solver of fixed size, and
+    main.c solves the problem of DATA.
     """
     instance: Any = None
     if data:
@@ -59,6 +82,7 @@ def command(
         data=instance,
         constraint=constraint or None,
         precision=precision,  # type: ignore[arg-type]
+        size=size,  # type: ignore[arg-type]
     )
     folder = output or f"{find_model(model).stem}-{target}"
     paths = project.write(folder)

@@ -14,8 +14,11 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.exporting.c_functions import Functions, functions_of
+from arael.exporting.plan import plan_of
 from arael.exporting.project import SHOWN, files_of
 from arael.exporting.sample import samples_of
+from arael.exporting.solver import Solver
+from arael.exporting.solver_project import solver_files
 from arael.io.files import shown, write_whole
 from arael.loading import find_model
 from arael.model import Model
@@ -71,6 +74,7 @@ def export(
     constraint: str | Sequence[str] | None = None,
     precision: Literal["f64", "f32"] | None = None,
     root: str | None = None,
+    size: Mapping[str, int] | Literal["data"] | None = None,
 ) -> Export:
     """Export a model to source code that runs without Python.
 
@@ -83,12 +87,14 @@ def export(
     constraint : only these, as ``"Edge.between"``
     precision : instead of what the root declares
     root : which root, where the file has several
+    size : also a whole solver, for at most so many rows of each collection (``{"poses": 10}``),
+        those of `data` where it is left out; ``"data"``: for the rows and refs of `data`
 
     Raises
     ------
     AraelError
         The model is wrong; E1501: a constraint sums over a list of any length; E1502: there is no
-        such constraint, or `data` is of another model.
+        such constraint, or `data` is of another model; E1503: a solver of that size cannot be made.
 
     Examples
     --------
@@ -122,7 +128,17 @@ def export(
             )
         samples = samples_of(functions, data, SHOWN)
     text = read_source(path).text
-    return Export(to, files_of(functions, text, samples), functions)
+    files = files_of(functions, text, samples)
+    if size is not None:
+        if size == "data" and data is None:
+            raise AraelError(
+                Diagnostic("E1503", "the size is that of the data, and there is no data")
+            )
+        if size != "data" and not isinstance(size, Mapping):
+            raise wrong_argument("export", "size", 'a dict of numbers of rows, or "data"', size)
+        plan = plan_of(functions, {} if size == "data" else size, data)
+        files.update(solver_files(Solver(functions, plan), text, data))
+    return Export(to, files, functions)
 
 
 def _put(content: bytes, file: BinaryIO) -> None:

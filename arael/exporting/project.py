@@ -66,15 +66,16 @@ def files_of(functions: Functions, text: str, samples: Sequence[Samples] | None)
         f"{stem}.h": header(functions, head(functions, text)),
         f"{stem}.c": source(functions, f"/* Functions of {stem}.h, which has the model. */"),
         "main.c": _main(functions, samples),
-        "CMakeLists.txt": _cmake(stem),
+        "CMakeLists.txt": cmake(stem, f"{stem}.c"),
     }
 
 
-def _cmake(stem: str) -> str:
+def cmake(stem: str, *sources: str) -> str:
+    """Text of `CMakeLists.txt` for a library of `sources` and `main.c`."""
     return f"""cmake_minimum_required(VERSION 3.13)
 project({stem} C)
 
-add_library({stem} STATIC {stem}.c)
+add_library({stem} STATIC {" ".join(sources)})
 target_include_directories({stem} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
 set_target_properties({stem} PROPERTIES C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF)
 if(NOT MSVC)
