@@ -24,7 +24,12 @@ from arael.check.typed import INT, REAL, Invoke, Literal_, MatrixType, Typed, Ve
 from arael.check.typist import Typist
 from arael.diagnostics.records import Label, Span
 from arael.syntax import tree
-from arael.syntax.rust_names import method_advice
+
+# Methods of other libraries, and what arael writes.
+_OTHER_METHODS = {
+    "length": "norm(v)", "magnitude": "norm(v)", "normalize": "unit(v)", "normalized": "unit(v)",
+    "ln": "log(x)", "pow": "x ^ n",
+}  # fmt: skip
 
 
 def call(t: Typist, node: tree.Call) -> Binding:
@@ -127,9 +132,8 @@ def _builtin(
 
 def _method_help(t: Typist, func: tree.Attribute, near: str) -> list[str]:
     """Help for an unknown method."""
-    foreign = method_advice(func.name)
-    if foreign:
-        return foreign
+    if func.name in _OTHER_METHODS:
+        return [f"write `{_OTHER_METHODS[func.name]}`"]
     if func.name in FUNCTIONS or func.name in t.declarations.functions:
         return [f"`{func.name}` is a function: write `{func.name}({func.obj.span.text})`"]
     return [f"did you mean `{near}`?"] if near else []

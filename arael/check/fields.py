@@ -33,7 +33,9 @@ from arael.check.units_fields import declare_unit
 from arael.diagnostics.records import Span
 from arael.runtime.layout import Param
 from arael.syntax import tree
-from arael.syntax.rust_names import type_advice
+
+# Names of other languages for types of arael.
+_OTHER_TYPES = {"float": "real", "double": "real", "f32": "real", "f64": "real", "str": "string"}
 
 
 class Fields:
@@ -256,16 +258,17 @@ class Fields:
         if type_.name in self.declarations.broken:
             return
         structs = [s.name for s in self.declarations.structs.values() if s.node.kind == "struct"]
-        advice = type_advice(type_.name)
-        near = sized(type_.name) or nearest(type_.name, [*structs, *FIXED_TYPES, *PARAM_TYPES])
+        near = (
+            sized(type_.name)
+            or _OTHER_TYPES.get(type_.name)
+            or nearest(type_.name, [*structs, *FIXED_TYPES, *PARAM_TYPES])
+        )
         self.report.error(
             "E0203",
             type_.span,
             f"unknown type `{type_.name}`",
             label="not found",
-            help=advice
-            if advice
-            else [f"did you mean `{near}`?"]
+            help=[f"did you mean `{near}`?"]
             if near
             else [f"declare it: `struct {type_.name} {{ ... }}`"],
         )

@@ -100,8 +100,6 @@ def read(text: str, at: int, tokens: list[Token], log: ErrorLog) -> int:
     while end < len(text) and text[end] == char:
         end += 1
     help_, token = _CHARACTERS.get(char, ("", None))
-    if char == "!" and tokens and tokens[-1].type == "NAME" and tokens[-1].end == at:
-        help_, token = "arael has no macros: omit it", None
     log.error(
         "E0110",
         f"stray character {_show(char)}",

@@ -8,7 +8,6 @@ from functools import cache
 
 from arael.diagnostics.records import Source
 from arael.syntax import foreign, tables
-from arael.syntax.attributes import skip_attribute
 from arael.syntax.limits import MAX_NAME, MAX_NESTING, MAX_NUMBER, MAX_TOKENS
 from arael.syntax.log import ErrorLog
 from arael.syntax.tokens import CLOSERS, NEWLINE, OPENERS, Token
@@ -60,7 +59,6 @@ def tokenise(source: Source, log: ErrorLog) -> Lexed:
         if kind == "COMMENT":
             word = word.rstrip()
             comments.append(Comment(log.span(at, at + len(word)), word))
-            end = skip_attribute(text, at, log) or end
             if suspicious:
                 _check_unsafe(text, at, end, log)
         elif kind == NEWLINE:

@@ -14,67 +14,22 @@ MEMBER_WORDS = frozenset({"PARAM", "CONSTRAINT"})
 STARTERS = ITEM_WORDS | MEMBER_WORDS | {"LET"}
 
 # Words that can also be names in the right place.
-SOFT_WORDS = frozenset(
-    [
-        "LIST",
-        "DEQUE",
-        "ARENA",
-        "BLOCK",
-        "TRIPLETS",
-        "KEY",
-        "LOSS",
-        "INTO",
-        "FIT",
-        "PASS",
-        "SOLVE",
-        "MARGINALIZE",
-        "SKIP",
-        "SKIP_SELF_BLOCK",
-        "FREEZE",
-        "FREE",
-        "SYMBOLIC",
-        "COMPUTE",
-        "UPDATE",
-        "DERIVS",
-    ]
-)
+SOFT_WORDS = frozenset({
+    "LIST", "DEQUE", "ARENA", "BLOCK", "TRIPLETS", "KEY", "LOSS", "INTO", "FIT", "PASS", "SOLVE",
+    "MARGINALIZE", "SKIP", "SKIP_SELF_BLOCK", "FREEZE", "FREE", "SYMBOLIC", "COMPUTE", "UPDATE",
+    "DERIVS",
+})  # fmt: skip
 NAMES = SOFT_WORDS | {"NAME"}
 
 # Words whose tokens stay on the stack while their construct is read.
-_CONSTRUCTS = frozenset(
-    [
-        "STRUCT",
-        "ROOT",
-        "COMPONENT",
-        "CONSTRAINT",
-        "FIT",
-        "SOLVE",
-        "PASS",
-        "UPDATE",
-        "FN",
-        "CONST",
-        "IMPORT",
-        "LET",
-        "WHEN",
-        "LOSS",
-        "INTO",
-        "KEY",
-        "PARAM",
-        "SKIP",
-        "MARGINALIZE",
-        "FREEZE",
-        "FREE",
-        "SYMBOLIC",
-        "COMPUTE",
-        "DERIVS",
-        "REF",
-        "BLOCK",
-        "IF",
-    ]
-)
-_BLOCK_HEADS = frozenset(
-    ["STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "FIT", "SOLVE", "PASS", "UPDATE"]
-)
+_CONSTRUCTS = frozenset({
+    "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "FIT", "SOLVE", "PASS", "UPDATE", "FN", "CONST",
+    "IMPORT", "LET", "WHEN", "LOSS", "INTO", "KEY", "PARAM", "SKIP", "MARGINALIZE", "FREEZE",
+    "FREE", "SYMBOLIC", "COMPUTE", "DERIVS", "REF", "BLOCK", "IF",
+})  # fmt: skip
+_BLOCK_HEADS = frozenset({
+    "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "FIT", "SOLVE", "PASS", "UPDATE",
+})  # fmt: skip
 
 
 class Trouble:
@@ -132,6 +87,28 @@ class Trouble:
             return None
         value = self.automaton.entries[-1][0]
         return value if isinstance(value, Token) else None
+
+    @property
+    def last(self) -> Token | None:
+        """The token before, if it is on top of the stack: nothing was built from it yet."""
+        before = self.before
+        return before if before is not None and self.top is before else None
+
+    @property
+    def ends_statement(self) -> bool:
+        """Return whether the token ends a statement."""
+        return self.token.type in (NEWLINE, END, "SEMICOLON", "RBRACE")
+
+    @property
+    def begins_field(self) -> bool:
+        """Return whether a field begins here: ``name:``."""
+        return self.is_name(self.token) and self.ahead().type == "COLON"
+
+    @property
+    def begins_member(self) -> bool:
+        """Return whether an item, a member or a field begins here."""
+        root = self.token.type == "ROOT" and self.is_name(self.ahead())
+        return root or self.begins_field or self.token.type in ITEM_WORDS | MEMBER_WORDS
 
     def held(self) -> list[tuple[int, Token]]:
         """Tokens on the stack with their positions there, innermost first.
@@ -211,7 +188,25 @@ class Trouble:
             end += 1
         return self.tokens[self.index : end]
 
-    # --- mending ---
+    # --- reporting and mending ---
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        label: str = "",
+        *,
+        at: Token | tuple[int, int] | None = None,
+        note: str = "",
+        help: str = "",
+        related: tuple[Token, str] | None = None,
+    ) -> None:
+        """Report an error at the token, or `at`; `related` is a second place with its text."""
+        at = at or self.token
+        start, end = (at.start, at.end) if isinstance(at, Token) else at
+        other = [(related[0].start, related[0].end, related[1])] if related is not None else []
+        notes = (note,) if note else ()
+        self.log.error(code, message, start, end, label, labels=other, notes=notes, help=help or ())
 
     def swap(self, type: str) -> None:
         """Read the token as one of `type`."""

@@ -11,24 +11,22 @@ _PLACES = {
     "struct": "struct", "root": "root", "component": "component", "constraint": "constraint",
     "fit": "fit", "solve": "solve schedule", "pass": "pass", "update": "update",
 }  # fmt: skip
+_TERMINALS = {"NUMBER": "a number", "STRING": "a text in quotes", "NAME": "a name"}
 _MEMBERS = {"CONSTRAINT", "PARAM", "FIT", "SOLVE"}
 
 
-def say_expected(t: Trouble) -> None:
+def report_expected(t: Trouble) -> None:
     """Report the acceptable tokens, and skip the statement."""
-    token, before = t.token, t.before
+    before = t.before
     wanted = _wanted(t)
     found = _found(t)
     place = _place(t)
     where = f" {place}" if place else ""
-    labels = [(before.start, before.end, "after this")] if before is not None else []
-    t.log.error(
+    t.report(
         "E0123",
         f"expected {wanted}{where}, found {found}",
-        token.start,
-        max(token.end, token.start),
         f"expected {wanted}",
-        labels=labels,
+        related=(before, "after this") if before is not None else None,
     )
     if t.token.type == NEWLINE:
         t.panic()
@@ -77,7 +75,7 @@ def _wanted(t: Trouble) -> str:
         words.append("an operator")
         expected &= {"RPAR", "RSQB", "COMMA", "THEN", "ELSE", "LBRACE"}
     expected.discard(END)
-    words += sorted(f"`{grammar.spelling(x) or x.lower()}`" for x in expected)[:4]
+    words += sorted(_TERMINALS.get(x) or f"`{grammar.spelling(x)}`" for x in expected)[:4]
     if len(words) <= 1:
         return words[0] if words else "something else"
     return ", ".join(words[:-1]) + " or " + words[-1]
