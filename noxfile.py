@@ -90,7 +90,7 @@ def lint(session: nox.Session) -> None:
     session.run("ruff", "check", ".")
     session.run("ruff", "format", "--check", ".")
     session.run("mypy")
-    found = session.run("git", "ls-files", "*.pyx", "*.pxd", external=True, silent=True)
+    found = session.run("git", "ls-files", "*.pyx", "*.pxd", "*.pxi", external=True, silent=True)
     session.run("cython-lint", *str(found).split())
 
 

@@ -4,6 +4,8 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from setuptools import Extension, setup
@@ -24,23 +26,33 @@ SHARED_C = RUNTIME / "_cyutility.c"
 INSTRUCTIONS = RUNTIME / "machine" / "instructions.h"
 
 # Where the C compiler spends longest: these start first, so that none is left alone at the end.
-LONGEST = ("tiles", "eliminate", "reduction", "_cyutility")
+LONGEST = ("linear/compiled", "levels/compiled", "levenberg/compiled")
 
-# Optimised less: what orders and plans once a structure, in loops that do not vectorise
-# (first solves differ by no more than their spread); and what is small or only hands calls on.
-PLANNING = ("independent", "minimum_degree", "reduction", "separators", "supernodes")
-PLAIN = (
-    "_cyutility", "blas", "cholmod", "front_time", "heap", "kept", "lapack_band", "raised",
-    "siblings", "trees",
-)  # fmt: skip
+# Optimised less: what plans once a structure, in loops that do not vectorise.
+PLANNING = ("linear/planning", "levels/planning", "_cyutility")
 
 
-def flags(name):
-    """Options of the C compiler for the module `name`."""
+# Dense kernels in C, a compilation for each instruction set; and those options.
+KERNELS = ("linear/tiles.c", "linear/eliminate.c")
+KERNELS_OF = "arael.runtime.linear.compiled"
+SETS = [("base", []), ("avx2", ["-mavx2", "-mfma"])]
+SETS += [("avx512", ["-mavx512f", "-mavx512vl", "-mavx512dq", "-mfma"])]
+if not sysconfig.get_platform().endswith("x86_64"):
+    del SETS[1:]
+
+
+def is_among(source, names):
+    """Whether `source` is one of the named modules of the runtime."""
+    return source.with_suffix("").as_posix().endswith(names)
+
+
+def flags(source):
+    """Options of the C compiler for the module of `source`."""
     if sys.platform == "win32":
-        return ["/O1" if name in PLAIN else "/O2"]
-    level = "-O1" if name in PLAIN else "-O2" if name in PLANNING else "-O3"
-    return [level, "-fno-math-errno", "-fno-trapping-math", "-g0", "-w"]
+        return ["/O2"]
+    level = "-O2" if is_among(source, PLANNING) else "-O3"
+    given = os.environ.get("ARAEL_RUNTIME_CFLAGS", "").split()
+    return [level, "-fno-math-errno", "-fno-trapping-math", "-g0", "-w", *given]
 
 
 def extension(source):
@@ -51,21 +63,21 @@ def extension(source):
         ".".join(source.with_suffix("").parts),
         [str(source)],
         include_dirs=[numpy.get_include()],
-        define_macros=[("NPY_NO_DEPRECATED_API", "NPY_1_7_API_VERSION")],
-        extra_compile_args=[
-            *flags(source.stem),
-            *os.environ.get("ARAEL_RUNTIME_CFLAGS", "").split(),
+        define_macros=[
+            ("NPY_NO_DEPRECATED_API", "NPY_1_7_API_VERSION"),
+            ("KERNEL_SETS", str(len(SETS))),
         ],
+        extra_compile_args=flags(source),
         extra_link_args=os.environ.get("ARAEL_RUNTIME_LDFLAGS", "").split(),
     )
 
 
 def extensions():
-    """One extension per .pyx file of the package, and the one that they share."""
+    """One extension per .pyx file, which includes the files of its package; what they share."""
     sources = [p.relative_to(ROOT) for part in COMPILED for p in (ROOT / part).rglob("*.pyx")]
 
     def order(path):
-        return path.stem not in LONGEST, str(path)
+        return not is_among(path, LONGEST), str(path)
 
     return [extension(path) for path in sorted([*sources, SHARED_C], key=order)]
 
@@ -149,6 +161,30 @@ class BuildExt(build_ext):
             own = of[found.name]
             own.sources, own.depends = found.sources, found.depends
             own.include_dirs = found.include_dirs
+
+    def build_extension(self, ext):
+        """Build an extension; that of the linear solvers with the kernels of all sets."""
+        if ext.name == KERNELS_OF:
+            ext.extra_objects = self.kernels()
+        super().build_extension(ext)
+
+    def kernels(self):
+        """Compile the kernels in C, several at a time; return the object files."""
+        headers = [str(path) for path in (RUNTIME / "linear").glob("*.h")]
+
+        def compiled(job):
+            (number, (name, options)), source = job
+            return self.compiler.compile(
+                [str(RUNTIME / source)],
+                output_dir=os.path.join(self.build_temp, name),
+                macros=[("SET", str(number))],
+                extra_postargs=[*flags(RUNTIME / source), *options],
+                depends=headers,
+            )
+
+        jobs = [(one, source) for source in KERNELS for one in enumerate(SETS)]
+        with ThreadPoolExecutor(self.parallel) as pool:
+            return [path for found in pool.map(compiled, jobs) for path in found]
 
     def start_shipping(self):
         """Start to compile the standard models; they need no extension of the runtime."""

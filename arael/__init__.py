@@ -38,8 +38,12 @@ if TYPE_CHECKING:
     from arael.model import Ref as Ref
     from arael.result import Result as Result
     from arael.runtime.failures import SolveError as SolveError
-    from arael.runtime_residuals import runtime_model as runtime_model
-    from arael.runtime_residuals import runtime_residual as runtime_residual
+    from arael.runtime_residuals import (
+        runtime_model as runtime_model,
+    )
+    from arael.runtime_residuals import (
+        runtime_residual as runtime_residual,
+    )
     from arael.schedule import Pass as Pass
     from arael.starts import Start as Start
     from arael.starts import initialise as initialise

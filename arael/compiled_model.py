@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from arael.diagnostics.model_warnings import InterpretedWarning
-from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.layout import Layout
+from arael.runtime.machine.native_binding import Binding
 
 if TYPE_CHECKING:
     from arael.compiler.meanwhile import Meanwhile

@@ -11,10 +11,10 @@ import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.runtime import layout as layouts
-from arael.runtime.evaluation.native_binding import Binding
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.evaluation.unbound import unbound
 from arael.runtime.layout import Layout
+from arael.runtime.machine.compiled import NativeTable
+from arael.runtime.machine.native_binding import Binding
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Array, Tape
 

@@ -10,7 +10,7 @@ from time import perf_counter
 from typing import Any
 
 from arael.runtime.linear.again import Choice
-from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.compiled import LinearSolver
 from arael.runtime.linear.small import SMALL
 from arael.runtime.problem import Problem
 

@@ -20,7 +20,7 @@ from arael.log import LEVELS, log, logger
 from arael.result import Plan, Result, joined
 from arael.runtime.failures import FunctionError, SolveError
 from arael.runtime.layout import Layout, LayoutPass
-from arael.runtime.linear import blas
+from arael.runtime.linear.compiled import is_blas_loaded
 from arael.runtime.linear.options import typed_options
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
@@ -249,7 +249,7 @@ def cost(model: Solvable) -> float:
 def blas_threads(count: int) -> AbstractContextManager[Any]:
     """Limit the threads of BLAS, if a solver has loaded it; 0: as many as it likes."""
     # Not imported for this alone: most problems are solved without BLAS, and it loads slowly.
-    loaded = blas.is_loaded(), "sksparse.cholmod" in sys.modules
+    loaded = is_blas_loaded(), "sksparse.cholmod" in sys.modules
     if count == 0 or not any(loaded):
         return _UNLIMITED
     limited: AbstractContextManager[Any] = _threadpools(*loaded).limit(

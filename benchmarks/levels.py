@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from arael.loading import load_compiled
-from arael.runtime.levels.kernel_rows import KernelRows
-from arael.runtime.levels.levels import Levels
+from arael.runtime.levels.compiled import KernelRows, Levels
 
 MODEL = """
 struct Point { param pos: vec2 }

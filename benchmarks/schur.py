@@ -14,12 +14,10 @@ from arael.diagnostics.records import AraelError
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.analysis import analyse_order
 from arael.runtime.linear.auto import make_solver
-from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.compiled import LinearSolver, SparseSolver, reduce
 from arael.runtime.linear.costs import predict
-from arael.runtime.linear.independent import independent_set
+from arael.runtime.linear.planning import independent_set
 from arael.runtime.linear.reduced import plan_reduced
-from arael.runtime.linear.reduction import reduce
-from arael.runtime.linear.sparse import SparseSolver
 from benchmarks.measure import child, table, timed
 from benchmarks.systems import Plan
 

@@ -12,7 +12,7 @@ import sys
 import numpy as np
 
 from arael.loading import load_compiled
-from arael.runtime.levels.kernel_rows import KernelRows
+from arael.runtime.levels.compiled import KernelRows
 from benchmarks.measure import timed
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from arael.runtime.parallel import pool
+from arael.runtime.parallel import compiled as pool
 from arael.runtime.solve import minimise
 from arael.scenes import benchmark_config, make_scene
 from arael.solving import problem_of

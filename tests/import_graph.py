@@ -102,10 +102,10 @@ def _targets(node: ast.Import | ast.ImportFrom) -> Iterator[str]:
 
 @cache
 def cython_imports() -> tuple[Edge, ...]:
-    """Imports and cimports of arael's modules by Cython modules."""
+    """Imports and cimports of arael's modules by Cython modules and the files that they include."""
     found = []
-    for path in sorted((ROOT / "arael").rglob("*.p[yx][xd]")):
-        if path.suffix not in (".pyx", ".pxd"):
+    for path in sorted((ROOT / "arael").rglob("*.p[yx][xdi]")):
+        if path.suffix not in (".pyx", ".pxd", ".pxi"):
             continue
         for number, line in enumerate(path.read_text().splitlines(), start=1):
             match = re.match(r" *(?:from|import|cimport) +(arael[\w.]*)", line)

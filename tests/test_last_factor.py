@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from arael.runtime.linear import cholmod
+from arael.runtime.linear import compiled as solvers
 from tests.interpreted import Load, loader
 from tests.test_ending_families import CURVE, PLANE, curve
 
@@ -232,8 +232,8 @@ def test_a_solver_that_fails_there_ends_the_solve(
     load: Load, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its right-hand side is left as it was, which would pass for a small step."""
-    monkeypatch.setattr(cholmod, "new_factor", Failing)
-    monkeypatch.setattr(cholmod, "OpenMP", lambda: SimpleNamespace(on_one_thread=nullcontext))
+    monkeypatch.setattr(solvers, "new_factor", Failing)
+    monkeypatch.setattr(solvers, "OpenMP", lambda: SimpleNamespace(on_one_thread=nullcontext))
     model = load("root A { param x: real = 0\n constraint c { [x - 1, 2*x + 3] } }")()
     with pytest.raises(MemoryError, match="no workspace"):
         model.solve(solver="cholmod")

@@ -39,7 +39,7 @@ BANNED = {
 }
 """Pattern -> what to write instead."""
 
-KINDS = {".py", ".pyx", ".pxd", ".pyi", ".h", ".md", ".toml", ".cfg", ".arael"}
+KINDS = {".py", ".pyx", ".pxd", ".pxi", ".pyi", ".h", ".md", ".toml", ".cfg", ".arael"}
 FOLDERS = ("arael", "docs", "examples", "models", "grammar", "tests")
 
 

@@ -18,7 +18,7 @@ import pytest
 import arael
 from arael.result import Result
 from arael.runtime.assembly import edits, shares
-from arael.runtime.assembly.couplings import used_rows
+from arael.runtime.assembly.compiled import used_rows
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
 from arael.runtime.assembly.scatter_plan import ScatterPlan

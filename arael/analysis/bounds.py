@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levenberg.box import stored_places
+from arael.runtime.levenberg.compiled import stored_places
 from arael.runtime.problem import Problem
 
 _ROUNDING = 1e-8

@@ -14,7 +14,7 @@ from arael.analysis.jacobian import jacobian
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.positions import coordinates
 from arael.runtime.failures import SolveError
-from arael.runtime.linear.sparse import SparseSolver
+from arael.runtime.linear.compiled import SparseSolver
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]

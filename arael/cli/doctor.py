@@ -20,7 +20,7 @@ from arael.compiler import build, cache, processor
 from arael.compiler.cache.trust import is_own, open_advice, prepare
 from arael.compiler.kernels import probe
 from arael.diagnostics.records import AraelError
-from arael.runtime.parallel import pool
+from arael.runtime.parallel import compiled as pool
 
 
 @dataclass(frozen=True)

@@ -335,7 +335,7 @@ def _check_kernels(interpret: bool, compiled: bool) -> bool | None:
 def _note_threads(threads: int) -> None:
     """Report on stderr if a solve uses fewer threads than asked for."""
     # imported here: start-up time
-    from arael.runtime.parallel.pool import threads_for
+    from arael.runtime.parallel.compiled import threads_for
 
     used = threads_for(threads)
     if used < threads:

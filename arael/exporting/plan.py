@@ -12,7 +12,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.exporting.c_functions import ConstraintFunction, Functions
 from arael.model import Model
-from arael.runtime.linear.minimum_degree import minimum_degree
+from arael.runtime.linear.planning import minimum_degree
 from arael.solving import problem_of
 
 # Beyond this, index tables take more memory than a microcontroller has, and a plan that is made

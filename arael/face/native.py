@@ -17,7 +17,8 @@ from typing import Any
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
-from arael.runtime.evaluation.native_binding import (
+from arael.runtime.layout import Function, Layout
+from arael.runtime.machine.native_binding import (
     ARRAY,
     ARRAY_USER,
     DISPATCHED,
@@ -28,7 +29,6 @@ from arael.runtime.evaluation.native_binding import (
     SINGLE,
     Binding,
 )
-from arael.runtime.layout import Function, Layout
 
 # The last parameter of Cython's `cpdef` functions.
 _SKIP = "__pyx_skip_dispatch"

@@ -32,7 +32,7 @@ from arael.residuals.reader import Surroundings
 from arael.residuals.resolution import reader_for
 from arael.residuals.rows import RowsTable
 from arael.runtime.layout import Column, Group, Slot, Step, Table, Target, Use
-from arael.runtime.machine.program import Program
+from arael.runtime.machine.compiled import Program
 from arael.runtime.machine.tape import Tape
 
 

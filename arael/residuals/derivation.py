@@ -25,7 +25,7 @@ from arael.residuals.resolution import reader_for
 from arael.residuals.rows import RowsTable
 from arael.runtime.evaluation.group_kernel import GroupKernel
 from arael.runtime.layout import Entity, Table
-from arael.runtime.machine.program import Program
+from arael.runtime.machine.compiled import Program
 
 
 @dataclass

@@ -12,9 +12,9 @@ from arael.diagnostics.records import AraelError, Source
 from arael.face.native import bind_all
 from arael.residuals.declared import Declared, declared
 from arael.residuals.schema import Schema
-from arael.runtime.evaluation.native_binding import Binding
 from arael.runtime.evaluation.unbound import unbound
 from arael.runtime.layout import Layout
+from arael.runtime.machine.native_binding import Binding
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,9 @@ from arael.residuals.parameters import ParameterTable, parameter_table
 from arael.residuals.reader import Unproved
 from arael.runtime.assembly.structure import active_rows
 from arael.runtime.evaluation.group_kernel import GroupKernel
-from arael.runtime.evaluation.native_binding import Binding
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Entity, Group, Layout, Slot, Table, Use
-from arael.runtime.machine.program import Program
+from arael.runtime.machine.compiled import NativeTable, Program
+from arael.runtime.machine.native_binding import Binding
 from arael.runtime.store.access import Walker
 
 

@@ -12,19 +12,19 @@ from arael.diagnostics.records import Diagnostic
 from arael.runtime.assembly.positions import dense_matrix
 from arael.runtime.assembly.structure import Structure, structure_of
 from arael.runtime.bounds import check_start
-from arael.runtime.evaluation.evaluation import Evaluation
+from arael.runtime.evaluation.compiled import Evaluation
 from arael.runtime.evaluation.hooks import Hooks
 from arael.runtime.evaluation.instances import Instances, gather_instances
-from arael.runtime.evaluation.native_binding import Binding
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.evaluation.states import put_values, solved_values, stored_scalars, write_back
 from arael.runtime.evaluation.unbound import require_bound
 from arael.runtime.evaluation.watch import Watch
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout
-from arael.runtime.levenberg.box import Box
-from arael.runtime.linear.base import LinearSolver
+from arael.runtime.levenberg.compiled import Box
+from arael.runtime.linear.compiled import LinearSolver
 from arael.runtime.linear.small import small_solver
+from arael.runtime.machine.compiled import NativeTable
+from arael.runtime.machine.native_binding import Binding
 from arael.runtime.store.access import Array, Bools, Ints, StoreLike
 from arael.runtime.system import blocks_of, row_name
 
@@ -40,7 +40,7 @@ class Problem:
         machine
     frozen : paths of parameters, or of what holds them, that do not move (``poses.ea``)
     known : structure of an earlier problem, taken over if nothing of it has changed
-    programs : per group its `arael.runtime.machine.program.Program`, or None where kernels have it
+    programs : per group its `arael.runtime.machine.compiled.Program`, or None where kernels have it
     bindings : what is bound to the native functions of the model
     earlier : problem of the same model, from which all that has not changed is taken over
     keep_idle : whether parameters fixed since `earlier` may stay in the system, held (a session)

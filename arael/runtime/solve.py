@@ -14,16 +14,16 @@ import numpy as np
 from arael.config import LmConfig
 from arael.runtime.assembly.components import Partition, partition_of
 from arael.runtime.failures import SolveError
-from arael.runtime.levenberg.loop import Minimiser
+from arael.runtime.levenberg.compiled import Minimiser
 from arael.runtime.levenberg.outcomes import Components, components_of
 from arael.runtime.levenberg.trace import Watcher
-from arael.runtime.linear.base import LinearSolver
-from arael.runtime.parallel.pool import threads_for
+from arael.runtime.linear.compiled import LinearSolver
+from arael.runtime.parallel.compiled import threads_for
 from arael.runtime.problem import Problem
 from arael.runtime.store.access import Array
 
 if TYPE_CHECKING:
-    from arael.runtime.levenberg.inner import InnerSteps
+    from arael.runtime.levenberg.compiled import InnerSteps
 
 
 @dataclass  # not frozen: its constructor would take three times as long
@@ -32,7 +32,7 @@ class Outcome:
 
     Attributes
     ----------
-    history : attempts, structured array of `arael.runtime.levenberg.record.RECORD`
+    history : attempts, structured array of `arael.runtime.levenberg.compiled.RECORD`
     timing : seconds per phase
     plan : what the linear solver chose and why
     components : what became of each connected component; None if all was solved as one

@@ -16,7 +16,7 @@ from arael.diagnostics.suggest import closest
 from arael.runtime.bounds import Bounded, all_open, bounded_of, bounds_of_scalars, has_bounds
 from arael.runtime.layout import Entity, Layout, Param, ParamUse
 from arael.runtime.store.access import Bools, Ints, StoreLike, TableLike
-from arael.runtime.store.rearranged import all_set, numbered, some_set, spread_flags
+from arael.runtime.store.compiled import all_set, numbered, some_set, spread_flags
 
 Floats = NDArray[np.float64]
 

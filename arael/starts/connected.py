@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.union_find import connected
+from arael.runtime.assembly.compiled import connected
 
 Ints = NDArray[np.int64]
 

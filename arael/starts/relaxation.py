@@ -122,12 +122,12 @@ def _solver(pattern: BlockPattern, shared: BlockPattern | None) -> Any:
     """A solver for a pattern, with the symbolic factor of one that has the same blocks."""
     if pattern.size <= _SMALL:
         # imported here: start-up time
-        from arael.runtime.linear.dense import DenseSolver
+        from arael.runtime.linear.compiled import DenseSolver
 
         return DenseSolver(pattern)
     # imported here: start-up time
     from arael.runtime.linear.analysis import analyse
-    from arael.runtime.linear.sparse import SparseSolver
+    from arael.runtime.linear.compiled import SparseSolver
 
     # Two factorisations of it do not repay a comparison of orders.
     analysis = analyse(pattern if shared is None else shared, "minimum_degree")

@@ -16,7 +16,7 @@ import pytest
 
 import arael
 from arael.runtime.assembly.scatter_plan import scatter_plan
-from arael.runtime.levenberg.record import RECORD
+from arael.runtime.levenberg.compiled import RECORD
 from arael.scenes import benchmark_config, make_scene
 from benchmarks import demo_seeds, problems
 from benchmarks.bundles import write_bal, write_bundle

@@ -13,7 +13,7 @@ from arael.compiler.parts import base, cut
 from arael.diagnostics.records import AraelError, Findings, Source
 from arael.loading import load
 from arael.model import Model
-from arael.runtime.assembly.lane_order import shared_rows
+from arael.runtime.assembly.compiled import shared_rows
 from arael.runtime.machine.tape import PRIMITIVES, Tape
 from arael.runtime.parallel.frames import frame_of
 from arael.runtime.problem import Problem

@@ -11,7 +11,7 @@ import pytest
 
 import arael
 from arael.runtime.assembly.components import partition_of
-from arael.runtime.levenberg.loop import Minimiser
+from arael.runtime.levenberg.compiled import Minimiser
 from arael.solving import problem_of
 from tests.components.problems import (
     Load,

@@ -18,7 +18,7 @@ from arael import runtime_model
 from arael.operations import OPERATIONS
 from arael.operations.instructions import header
 from arael.operations.numbers import outside_domain, value
-from arael.runtime.machine import program
+from arael.runtime.machine import compiled
 from arael.symbolic.graph import Graph
 from arael.symbolic.scalars import SCALARS
 from arael.symbolic.simplify import fold
@@ -147,7 +147,7 @@ def test_no_function_is_listed_elsewhere(folder: str) -> None:
     root = Path(__file__).parents[2] / folder
     text = "\n".join(
         path.read_text(encoding="utf-8")
-        for pattern in ("*.py", "*.pyx", "*.h")
+        for pattern in ("*.py", "*.px?", "*.h")
         for path in root.rglob(pattern)
         if path.name != "instructions.h"
     )
@@ -157,7 +157,7 @@ def test_no_function_is_listed_elsewhere(folder: str) -> None:
 
 
 def test_the_instructions_of_the_machine_are_those_of_the_table() -> None:
-    written = Path(program.__file__).with_name("instructions.h").read_text(encoding="utf-8")
+    written = Path(compiled.__file__).with_name("instructions.h").read_text(encoding="utf-8")
     assert written == header(), "build the extensions again"
 
 

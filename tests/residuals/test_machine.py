@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import arael
 from arael.analysis.gradients import check_gradients
-from arael.runtime.machine import program as machine
+from arael.runtime.machine import compiled as machine
 from arael.runtime.machine.assembling import INSTRUCTIONS
 from arael.runtime.machine.tape import PRIMITIVES
 from tests.oracle import Oracle

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import arael
-from arael.runtime.levenberg.record import RECORD
+from arael.runtime.levenberg.compiled import RECORD
 from arael.runtime.records import check_record, probe_of
 
 

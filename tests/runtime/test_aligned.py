@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from arael.runtime.aligned import aligned_empty, aligned_parts
+from arael.runtime.compiled import aligned_empty, aligned_parts
 
 
 def test_arrays_begin_on_a_cache_line() -> None:

@@ -12,6 +12,10 @@ import arael
 
 PACKAGE = Path(arael.__file__).parent / "runtime"
 IMPORT = re.compile(r"^( *)(?:from (arael\.runtime[\w.]*) c?import (.*)|c?import (arael\.[\w.]*))")
+INCLUDE = re.compile(r'^include "(.*)"$', re.MULTILINE)
+
+#: Modules that consist of the files that they include.
+GATHERING = ("compiled", "planning")
 
 #: Packages from which nothing of the runtime's later ones is imported.
 LAYERS = (
@@ -21,13 +25,18 @@ LAYERS = (
 
 
 def sources() -> dict[str, str]:
-    """Text of each module below `arael.runtime`, declarations and all."""
+    """Text of each module below `arael.runtime`, declarations and included files and all."""
     found: dict[str, str] = {}
-    for path in sorted(PACKAGE.rglob("*")):
-        if path.suffix in (".py", ".pyx", ".pxd"):
+    gathered: set[Path] = set()
+    for path in sorted(PACKAGE.rglob("*"), key=lambda path: (path.stem not in GATHERING, path)):
+        if path.suffix in (".py", ".pyx", ".pxd") and path not in gathered:
             parts = path.relative_to(PACKAGE).with_suffix("").parts
             name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-            found[name] = found.get(name, "") + path.read_text(encoding="utf-8") + "\n"
+            text = path.read_text(encoding="utf-8") + "\n"
+            pieces = [path.with_name(piece) for piece in INCLUDE.findall(text)]
+            gathered.update(pieces)
+            text += "\n".join(piece.read_text(encoding="utf-8") for piece in pieces)
+            found[name] = found.get(name, "") + text + "\n"
     return found
 
 

@@ -10,7 +10,7 @@ from arael.config import LmConfig
 from arael.runtime.assembly.structure import structure_of
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Place
-from arael.runtime.linear.dense import DenseSolver
+from arael.runtime.linear.compiled import DenseSolver
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from arael.runtime.store import Store

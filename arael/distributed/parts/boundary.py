@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.positions import coordinates, diagonal_positions
 from arael.runtime.linear.auto import make_solver
-from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.compiled import LinearSolver
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

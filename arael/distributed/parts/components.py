@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.distributed.parts.shares import Share
+from arael.runtime.assembly.compiled import runs_of_values
 from arael.runtime.assembly.components import Partition
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.assembly.union_find import runs_of_values
 
 Ints = NDArray[np.int64]
 Labels = NDArray[np.int32]

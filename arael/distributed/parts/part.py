@@ -28,13 +28,12 @@ from arael.distributed.parts.shares import Share
 from arael.runtime.assembly.components import Partition, any_partition_of
 from arael.runtime.assembly.positions import row_and_column_positions
 from arael.runtime.assembly.structure import Structure, structure_of_chosen
-from arael.runtime.evaluation.component_lanes import ComponentLanes
+from arael.runtime.evaluation.compiled import ComponentLanes
 from arael.runtime.layout import Layout
-from arael.runtime.levenberg.remote import curvature_of
+from arael.runtime.levenberg.compiled import curvature_of
 from arael.runtime.linear.analysis import analyse_order
-from arael.runtime.linear.minimum_degree import minimum_degree
-from arael.runtime.linear.sparse import SparseSolver
-from arael.runtime.linear.symbolic import adjacency
+from arael.runtime.linear.compiled import SparseSolver
+from arael.runtime.linear.planning import adjacency, minimum_degree
 from arael.runtime.problem import Problem
 from arael.runtime.store import Store, Table
 

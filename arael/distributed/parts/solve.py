@@ -37,7 +37,7 @@ from arael.result import Result, joined
 from arael.runtime.evaluation.states import stored_scalars
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Layout
-from arael.runtime.levenberg.remote import RemoteBox, RemoteEvaluation, RemoteSolver
+from arael.runtime.levenberg.compiled import RemoteBox, RemoteEvaluation, RemoteSolver
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from arael.runtime.store import Store

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from arael.distributed.parts.graph import Graph
 from arael.runtime.linear.dissection import apart
-from arael.runtime.linear.separators import find_separator
+from arael.runtime.linear.planning import find_separator
 
 Ints = NDArray[np.int64]
 

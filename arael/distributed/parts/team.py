@@ -61,7 +61,7 @@ class Places:
 
 
 class Team:
-    """What `arael.runtime.levenberg.remote` asks of a problem in parts.
+    """What the remote evaluation and solver of `arael.runtime.levenberg` ask of a problem in parts.
 
     Parameters
     ----------

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.compiled import connected, labels_of_instances, runs_of_values
 from arael.runtime.assembly.structure import Structure
-from arael.runtime.assembly.union_find import connected, labels_of_instances, runs_of_values
 from arael.runtime.layout import Group
 
 Ints = NDArray[np.int64]

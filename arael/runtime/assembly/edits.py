@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.couplings import (
+from arael.runtime.assembly.compiled import (
     add_counts,
     common_ends,
     leads_behind,
@@ -25,8 +25,8 @@ from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
 from arael.runtime.assembly.scatter_plan import ScatterPlan
 from arael.runtime.assembly.shares import edited_shares
+from arael.runtime.compiled import read_only
 from arael.runtime.layout import Group, Layout
-from arael.runtime.protected import read_only
 from arael.runtime.store.access import Ints
 from arael.runtime.system import System
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.first_writers import find_firsts
+from arael.runtime.assembly.compiled import find_firsts
 from arael.runtime.layout import Entity, Group
 
 Ints = NDArray[np.int64]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from arael.runtime.assembly.lane_order import keys_of, order_by
+from arael.runtime.assembly.compiled import keys_of, order_by
 from arael.runtime.layout import Group
 from arael.runtime.store.access import Array, Ints
-from arael.runtime.store.rearranged import spread_rows
+from arael.runtime.store.compiled import spread_rows
 
 # Instances too few to fill two blocks of lanes need no order.
 _FEW = 16

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.couplings import pattern_arrays, places_of
+from arael.runtime.assembly.compiled import pattern_arrays, places_of
 
 Ints = NDArray[np.int64]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.couplings import has_blocks, placed_pairs, uses_and_keys
+from arael.runtime.assembly.compiled import has_blocks, placed_pairs, uses_and_keys
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.layout import Group
 from arael.runtime.store.access import Ints

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from arael.runtime.assembly.couplings import diagonal_of, rows_and_columns
+from arael.runtime.assembly.compiled import diagonal_of, rows_and_columns
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.store.access import Array, Bools, Ints
 

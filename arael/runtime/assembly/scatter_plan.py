@@ -9,15 +9,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.assembly.couplings import add_counts
+from arael.runtime.assembly.compiled import add_counts
 from arael.runtime.assembly.invariants import check_pattern, check_placements
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement, pattern_and_placements
 from arael.runtime.assembly.positions import diagonal_positions, row_and_column_positions
 from arael.runtime.assembly.share_invariants import check_shares
 from arael.runtime.assembly.shares import Execution, Shares, plan_shares
+from arael.runtime.compiled import read_only
 from arael.runtime.layout import Entity, Group, Layout
-from arael.runtime.protected import read_only
 from arael.runtime.store.access import Ints
 from arael.runtime.system import System
 

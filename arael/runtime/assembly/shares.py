@@ -16,15 +16,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.compiled import lane_targets
 from arael.runtime.assembly.copies import copies_of
 from arael.runtime.assembly.firsts import plan_firsts
-from arael.runtime.assembly.lane_order import lane_targets
 from arael.runtime.assembly.ordering import order_of
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.placement import Placement
+from arael.runtime.compiled import read_only
 from arael.runtime.layout import Entity, Group
-from arael.runtime.parallel.pool import cores
-from arael.runtime.protected import read_only
+from arael.runtime.parallel.compiled import cores
 
 Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]

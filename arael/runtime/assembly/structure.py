@@ -24,18 +24,11 @@ from arael.runtime.store.access import (
     lengths_through,
     outputs,
 )
-from arael.runtime.store.rearranged import held_of
-from arael.runtime.system import (
-    System,
-    build_system,
-    free_scalars,
-    hold,
-    row_name,
-    with_bounds,
-)
+from arael.runtime.store.compiled import held_of
+from arael.runtime.system import System, build_system, free_scalars, hold, row_name, with_bounds
 
 if TYPE_CHECKING:
-    from arael.runtime.evaluation.natives import NativeTable
+    from arael.runtime.machine.compiled import NativeTable
 
 # Blocks in which nothing moves stay in a system up to this many, or up to this part of all.
 _FEW_IDLE = 2

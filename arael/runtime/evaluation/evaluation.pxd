@@ -1,8 +1,6 @@
 # Cost, gradient and blocks of a whole problem, shared among threads.
 
-from arael.runtime.evaluation.component_lanes cimport ComponentLanes
-from arael.runtime.evaluation.groups cimport Groups
-from arael.runtime.parallel.pool cimport Task
+from arael.runtime.parallel.compiled cimport Task
 
 
 # What the threads of one evaluation work on.

@@ -3,7 +3,6 @@
 from libc.stdint cimport uint8_t
 
 from arael.runtime.kernel cimport Lanes
-from arael.runtime.evaluation.state_pair cimport StatePair
 
 cdef enum:
     MOST_SHARES = 64

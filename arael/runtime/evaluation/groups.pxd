@@ -1,11 +1,7 @@
 # The groups of a problem with all they read and add to, each evaluated by whatever can run it.
 
-from arael.runtime.evaluation.compiled_groups cimport CompiledGroups
-from arael.runtime.evaluation.group_lanes cimport GroupLanes
 from arael.runtime.kernel cimport Lanes
-from arael.runtime.evaluation.raised cimport Raised
-from arael.runtime.evaluation.state_pair cimport StatePair
-from arael.runtime.assembly.totals cimport Totals
+from arael.runtime.assembly.compiled cimport Totals
 
 
 cdef class Groups:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from arael.runtime.assembly.ordering import in_lanes
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Group
+from arael.runtime.machine.compiled import NativeTable
 from arael.runtime.machine.programs import columns_of, tape_program
 from arael.runtime.store.access import Array, Ints, StoreLike, gather_all
 

@@ -1,7 +1,7 @@
 # What Python code raised while a loop ran that cannot raise.
 
-from arael.runtime.evaluation.natives cimport NativeTable
-from arael.runtime.parallel.kept cimport Kept
+from arael.runtime.machine.compiled cimport NativeTable
+from arael.runtime.parallel.compiled cimport Kept
 
 
 cdef class Raised(Kept):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.failures import SolveError
 from arael.runtime.layout import Group, columns_of
+from arael.runtime.machine.compiled import NativeTable
 from arael.runtime.store.access import Ints, StoreLike, gather_all, outputs
 from arael.runtime.system import row_name
 

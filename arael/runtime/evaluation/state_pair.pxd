@@ -3,7 +3,6 @@
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from arael.runtime.kernel cimport refresh_function
-from arael.runtime.evaluation.raised cimport Raised
 
 
 cdef struct EntityStates:

@@ -11,8 +11,8 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.runtime.bounds import keep_inside
 from arael.runtime.layout import Entity, ParamUse
 from arael.runtime.store.access import Array, StoreLike
+from arael.runtime.store.compiled import join_columns, solved_scalars, split_columns
 from arael.runtime.store.messages import error
-from arael.runtime.store.rearranged import join_columns, solved_scalars, split_columns
 from arael.runtime.store.values import convert
 from arael.runtime.system import EntityBlocks, System, row_name
 

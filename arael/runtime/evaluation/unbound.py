@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.layout import Function, Layout
+from arael.runtime.machine.compiled import NativeTable
 
 
 def require_bound(layout: Layout, natives: NativeTable) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from arael.runtime.layout import Layout
 from arael.runtime.store.access import StoreLike
-from arael.runtime.store.fingerprint import fingerprints
+from arael.runtime.store.compiled import fingerprints
 
 
 class Watch:

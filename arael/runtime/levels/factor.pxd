@@ -5,7 +5,7 @@
 
 from libc.stdint cimport int32_t, uint8_t
 
-from arael.runtime.interruption cimport Interruption
+from arael.runtime.compiled cimport Interruption
 
 
 cdef class RowFactor:

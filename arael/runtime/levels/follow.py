@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.levels import Levels
+from arael.runtime.levels.compiled import Levels
 from arael.runtime.levels.outcome import Outcome
 
 Array = NDArray[np.float64]

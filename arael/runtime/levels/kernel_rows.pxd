@@ -2,9 +2,6 @@
 
 from libc.stdint cimport int32_t
 
-from arael.runtime.levels.lane_table cimport LaneTable
-from arael.runtime.levels.table_rows cimport TableRows
-
 
 cdef class KernelRows(TableRows):
     cdef dict _free                     # first rows of removed instances, by their rows

@@ -3,7 +3,6 @@
 from libc.stdint cimport int32_t, uint8_t
 
 from arael.runtime.kernel cimport Kernel, Lanes
-from arael.runtime.levels.unknown_windows cimport UnknownWindows
 
 
 # What there is of each instance; pointers change only when instances are added.

@@ -2,9 +2,6 @@
 
 from libc.stdint cimport int32_t
 
-from arael.runtime.levels.newton cimport Newton
-from arael.runtime.levels.rows cimport Rows
-
 
 cdef class LowerLevels(Newton):
     cdef int32_t* live              # components of the lower levels

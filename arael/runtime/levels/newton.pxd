@@ -2,9 +2,7 @@
 
 from libc.stdint cimport int32_t, uint8_t
 
-from arael.runtime.interruption cimport Interruption
-from arael.runtime.levels.factor cimport RowFactor
-from arael.runtime.levels.rows cimport Rows
+from arael.runtime.compiled cimport Interruption
 
 cdef enum Status:
     SOLVED = 0

@@ -2,7 +2,7 @@
 
 from libc.stdint cimport int32_t
 
-from arael.runtime.machine.tape_program cimport TapeProgram
+from arael.runtime.machine.compiled cimport TapeProgram
 
 
 cdef struct ExpressionArrays:

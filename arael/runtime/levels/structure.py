@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.arrangement import arranged, neighbours
-from arael.runtime.levels.elimination_tree import factor_pattern
-from arael.runtime.linear.minimum_degree import minimum_degree
+from arael.runtime.levels.planning import arranged, factor_pattern, neighbours
+from arael.runtime.linear.planning import minimum_degree
 
 Ints = NDArray[np.int32]
 

@@ -2,11 +2,6 @@
 
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
-from arael.runtime.levels.lane_table cimport LaneArrays, LaneTable
-from arael.runtime.levels.row_expression cimport ExpressionArrays
-from arael.runtime.levels.rows cimport Rows
-from arael.runtime.levels.unknown_windows cimport UnknownWindows
-
 
 # Instead of the number of a table.
 cdef enum:

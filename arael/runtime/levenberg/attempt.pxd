@@ -1,9 +1,6 @@
 # The parts of one attempt.
 
 from arael.runtime.levenberg.component cimport Component
-from arael.runtime.levenberg.dogleg cimport Dogleg
-from arael.runtime.levenberg.inner cimport InnerSteps
-from arael.runtime.levenberg.partitioned cimport Partitioned
 
 
 cdef class Attempt(Partitioned):

@@ -4,7 +4,7 @@ from libc.stdint cimport int32_t, int64_t, uint8_t
 
 from cython cimport floating
 
-from arael.runtime.evaluation.evaluation cimport Evaluation
+from arael.runtime.evaluation.compiled cimport Evaluation
 
 
 cdef class Box:

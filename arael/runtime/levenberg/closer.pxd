@@ -1,8 +1,6 @@
 # What the present linearisation promises, found with the factor of the one before.
 
-from arael.runtime.levenberg.box cimport Box
-from arael.runtime.levenberg.vectors cimport Vectors
-from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.linear.compiled cimport LinearSolver
 
 
 cdef class Closer:

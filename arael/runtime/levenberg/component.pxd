@@ -6,7 +6,7 @@
 from libc.stdint cimport int32_t, uint8_t
 
 
-# The trust region of a component, and the dogleg inside it; see dogleg.pyx.
+# The trust region of a component, and the dogleg inside it; see dogleg.pxi.
 ctypedef struct Region:
     double radius             # in scaled variables; 0: not chosen yet
     double regularisation     # multiple of the scale that is added to the diagonal
@@ -31,7 +31,7 @@ ctypedef struct Component:
     uint8_t whole             # whether region and bounds left the proposed step whole
     uint8_t secant            # whether the proposed step is a secant step
     uint8_t asked             # whether the last factor is asked for its end
-    uint8_t paired            # whether the last step left a pair: see levenberg/secant.pyx
+    uint8_t paired            # whether the last step left a pair: see levenberg/secant.pxi
     double cost               # of the accepted state
     double before             # of the state that the last attempt began from
     double trial_cost         # NaN without a step

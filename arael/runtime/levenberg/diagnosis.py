@@ -10,9 +10,9 @@ import numpy as np
 
 from arael.diagnostics.records import Diagnostic
 from arael.operations.numbers import outside_domain
-from arael.runtime.evaluation.natives import NativeTable
 from arael.runtime.failures import SolveError, listed
 from arael.runtime.layout import Group, Place
+from arael.runtime.machine.compiled import NativeTable
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import NATIVE, Tape
 from arael.runtime.problem import Problem

@@ -2,9 +2,7 @@
 
 from libc.stdint cimport int32_t, uint8_t
 
-from arael.runtime.levenberg.box cimport Box
 from arael.runtime.levenberg.component cimport Component
-from arael.runtime.levenberg.vectors cimport Vectors
 
 
 cdef class Dogleg:

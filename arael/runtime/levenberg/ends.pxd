@@ -1,7 +1,6 @@
 # Whether a component has ended, and why.
 
 from arael.runtime.levenberg.component cimport Component
-from arael.runtime.levenberg.settings cimport Settings
 
 # Noise of a cost: rounding of its sum, and of residuals by that of their terms, whose sum of
 # squares is `energy`.

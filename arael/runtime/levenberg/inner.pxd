@@ -2,10 +2,8 @@
 
 from libc.stdint cimport uint8_t
 
-from arael.runtime.evaluation.component_lanes cimport ComponentLanes
-from arael.runtime.evaluation.evaluation cimport Evaluation
-from arael.runtime.levenberg.vectors cimport Vectors, real
-from arael.runtime.linear.eliminate cimport Entity
+from arael.runtime.evaluation.compiled cimport ComponentLanes, Evaluation
+from arael.runtime.linear.compiled cimport Entity
 
 # Lengths of a step that are tried.
 cdef enum:

@@ -1,8 +1,5 @@
 # The end by the factor of the linearisation before.
 
-from arael.runtime.levenberg.attempt cimport Attempt
-from arael.runtime.levenberg.closer cimport Closer
-
 
 cdef class LastFactor(Attempt):
     cdef bint _ending                     # whether components end with what was just done

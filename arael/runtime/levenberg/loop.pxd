@@ -1,7 +1,5 @@
 # The loop of a solve: plain C state, so that an iteration touches no Python object.
 
-from arael.runtime.levenberg.last_factor cimport LastFactor
-
 
 cdef class Minimiser(LastFactor):
     cdef readonly double start_cost

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.components import Partition
-from arael.runtime.levenberg.settings import STATUSES
+from arael.runtime.levenberg.compiled import STATUSES
 from arael.runtime.problem import Problem
 from arael.runtime.system import row_name, row_names
 from arael.statuses import CONVERGED

@@ -2,15 +2,11 @@
 
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
-from arael.runtime.evaluation.component_lanes cimport ComponentLanes
-from arael.runtime.levenberg.box cimport Box
+from arael.runtime.evaluation.compiled cimport ComponentLanes
 from arael.runtime.levenberg.component cimport Component
-from arael.runtime.levenberg.settings cimport Settings
-from arael.runtime.levenberg.supervised cimport Supervised
-from arael.runtime.levenberg.vectors cimport Vectors
 
 
-# What became of a component. The layout of `COMPONENT` in partitioned.pyx.
+# What became of a component. The layout of `COMPONENT` in partitioned.pxi.
 ctypedef struct Ended:
     int64_t status
     int64_t iterations

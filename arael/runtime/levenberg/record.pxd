@@ -3,7 +3,7 @@
 from libc.stdint cimport int32_t, int64_t
 
 
-# One attempt at a step. The layout of `RECORD` in record.pyx.
+# One attempt at a step. The layout of `RECORD` in record.pxi.
 ctypedef struct Record:
     int32_t iteration     # from 1; retries keep the number
     int32_t retry         # rejections before this attempt, with the same linearisation

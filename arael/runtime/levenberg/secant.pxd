@@ -1,7 +1,6 @@
 # Steps that use the curvature which the last step found.
 
 from arael.runtime.levenberg.component cimport Component
-from arael.runtime.levenberg.vectors cimport Vectors
 
 
 # Whether the step of gain ratio `gain` leaves a pair (step, change of the gradient) worth using.

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from arael.runtime.assembly.components import Labels, blocks_of
-from arael.runtime.levenberg.inner import InnerSteps
-from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.schur import SchurSolver
+from arael.runtime.levenberg.compiled import InnerSteps
+from arael.runtime.linear.compiled import LinearSolver, SchurSolver
 from arael.runtime.problem import Problem
 
 

@@ -1,8 +1,7 @@
 # What a solve has to do with Python and the clock.
 
-from arael.runtime.evaluation.evaluation cimport Evaluation
-from arael.runtime.levenberg.record cimport History, Record
-from arael.runtime.linear.base cimport LinearSolver
+from arael.runtime.evaluation.compiled cimport Evaluation
+from arael.runtime.linear.compiled cimport LinearSolver
 
 
 cdef enum:

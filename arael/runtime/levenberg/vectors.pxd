@@ -2,7 +2,7 @@
 
 from libc.stdint cimport int64_t, uint8_t
 
-from arael.runtime.parallel.pool cimport Task
+from arael.runtime.parallel.compiled cimport Task
 
 ctypedef fused real:
     float

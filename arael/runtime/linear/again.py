@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.compiled import LinearSolver
 
 # Unknowns and predicted time may differ so much from those of the comparison.
 _SIZE = 1.25
@@ -57,14 +57,14 @@ class Choice:
 
         solver: LinearSolver
         if self.name == "band":
-            from arael.runtime.linear.band import BandSolver
+            from arael.runtime.linear.compiled import BandSolver
 
             cost = band_cost(pattern, single)
             if cost.milliseconds > self._most():
                 return None
             solver = BandSolver(pattern, single)
         else:
-            from arael.runtime.linear.sparse import SparseSolver
+            from arael.runtime.linear.compiled import SparseSolver
 
             analysis = analyse(pattern, self.ordering)
             cost = sparse_cost(single, analysis)

@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.dissection import apart, nested_dissection
-from arael.runtime.linear.minimum_degree import minimum_degree
-from arael.runtime.linear.supernodes import Supernodes, find_supernodes, price_of
-from arael.runtime.linear.symbolic import adjacency
+from arael.runtime.linear.planning import (
+    Supernodes,
+    adjacency,
+    find_supernodes,
+    minimum_degree,
+    price_of,
+)
 
 Ints = NDArray[np.int64]
 

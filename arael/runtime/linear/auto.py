@@ -10,17 +10,16 @@ from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.analysis import WINS, Analysis, analyse, analyse_order
+from arael.runtime.linear.compiled import Reduction, reduce
 from arael.runtime.linear.costs import Cost, predict
-from arael.runtime.linear.heap import give_back
-from arael.runtime.linear.independent import independent_set
 from arael.runtime.linear.iterative import iterative_solver, predict_iterative
 from arael.runtime.linear.options import SOLVERS, check_options
+from arael.runtime.linear.planning import give_back, independent_set
 from arael.runtime.linear.reduced import Reduced, choose_set, plan_reduced
-from arael.runtime.linear.reduction import Reduction, reduce
 from arael.runtime.linear.small import small_solver
 
 if TYPE_CHECKING:
-    from arael.runtime.linear.base import LinearSolver
+    from arael.runtime.linear.compiled import LinearSolver
 
 __all__ = ["CANDIDATES", "SOLVERS", "make_solver"]
 
@@ -206,7 +205,7 @@ def _part(single: bool) -> Callable[[BlockPattern], LinearSolver]:
 
 def _schur(pattern: BlockPattern, single: bool, reduced: Reduced, inner: str) -> LinearSolver:
     # Imported here for start-up time: a program loads only the solver that it uses.
-    from arael.runtime.linear.schur import SchurSolver
+    from arael.runtime.linear.compiled import SchurSolver
 
     below = _construct(inner, reduced.pattern, single, reduced.analysis, {})
     solver = SchurSolver(pattern, single, reduced.reduction, reduced.products, below)
@@ -226,22 +225,22 @@ def _construct(
 ) -> LinearSolver:
     # Imported here for start-up time: a program loads only the solver that it uses.
     if name == "dense":
-        from arael.runtime.linear.dense import DenseSolver
+        from arael.runtime.linear.compiled import DenseSolver
 
         return DenseSolver(pattern, single)
     if name == "band":
-        from arael.runtime.linear.band import BandSolver
+        from arael.runtime.linear.compiled import BandSolver
 
         return BandSolver(pattern, single, **options)
     if name == "lapack_band":
-        from arael.runtime.linear.lapack_band import LapackBandSolver
+        from arael.runtime.linear.compiled import LapackBandSolver
 
         return LapackBandSolver(pattern, single, **options)
     if name == "cholmod":
-        from arael.runtime.linear.cholmod import CholmodSolver
+        from arael.runtime.linear.compiled import CholmodSolver
 
         return CholmodSolver(pattern, single)
-    from arael.runtime.linear.sparse import SparseSolver
+    from arael.runtime.linear.compiled import SparseSolver
 
     return SparseSolver(pattern, single, analysis=analysis)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.linear.symbolic import reach_of
+from arael.runtime.linear.planning import reach_of
 
 
 def half_bandwidth(

@@ -3,7 +3,7 @@
 # Matrices and vectors are `void*`: f64 or f32 depending on `single`, so that one virtual table
 # serves both precisions and the loop above needs no fused types.
 
-from arael.runtime.parallel.kept cimport Kept
+from arael.runtime.parallel.compiled cimport Kept
 
 
 cdef class LinearSolver:

@@ -55,7 +55,7 @@ cdef dpbtrs_t dpbtrs
 cdef spbtrs_t spbtrs
 
 
-cdef inline int potrf(int n, real* a, int lda) noexcept nogil:
+cdef inline int blas_potrf(int n, real* a, int lda) noexcept nogil:
     """Lower Cholesky factor in place; 0, or the 1-based pivot that is not positive."""
     cdef char uplo = b"L"
     cdef int info = 0
@@ -66,7 +66,7 @@ cdef inline int potrf(int n, real* a, int lda) noexcept nogil:
     return info
 
 
-cdef inline void potrs(int n, real* a, int lda, real* b) noexcept nogil:
+cdef inline void blas_potrs(int n, real* a, int lda, real* b) noexcept nogil:
     """Solve with the factor of `potrf`, one right-hand side, in place."""
     cdef char uplo = b"L"
     cdef int one = 1, info = 0
@@ -76,7 +76,7 @@ cdef inline void potrs(int n, real* a, int lda, real* b) noexcept nogil:
         spotrs(&uplo, &n, &one, a, &lda, b, &n, &info)
 
 
-cdef inline int pbtrf(int n, int kd, real* ab, int ldab) noexcept nogil:
+cdef inline int blas_pbtrf(int n, int kd, real* ab, int ldab) noexcept nogil:
     """Banded lower Cholesky factor in place; 0, or the 1-based pivot that is not positive."""
     cdef char uplo = b"L"
     cdef int info = 0
@@ -87,7 +87,7 @@ cdef inline int pbtrf(int n, int kd, real* ab, int ldab) noexcept nogil:
     return info
 
 
-cdef inline void pbtrs(int n, int kd, real* ab, int ldab, real* b) noexcept nogil:
+cdef inline void blas_pbtrs(int n, int kd, real* ab, int ldab, real* b) noexcept nogil:
     """Solve with the factor of `pbtrf`, one right-hand side, in place."""
     cdef char uplo = b"L"
     cdef int one = 1, info = 0
@@ -97,7 +97,9 @@ cdef inline void pbtrs(int n, int kd, real* ab, int ldab, real* b) noexcept nogi
         spbtrs(&uplo, &n, &kd, &one, ab, &ldab, b, &n, &info)
 
 
-cdef inline void syrk(int n, int k, real* a, int lda, real beta, real* c, int ldc) noexcept nogil:
+cdef inline void blas_syrk(
+    int n, int k, real* a, int lda, real beta, real* c, int ldc
+) noexcept nogil:
     """Lower triangle of C = beta C - A A', A of shape (n, k)."""
     cdef char uplo = b"L", trans = b"N"
     cdef real minus = -1
@@ -107,7 +109,7 @@ cdef inline void syrk(int n, int k, real* a, int lda, real beta, real* c, int ld
         ssyrk(&uplo, &trans, &n, &k, &minus, a, &lda, &beta, c, &ldc)
 
 
-cdef inline void trsm(int m, int n, real* a, int lda, real* b, int ldb) noexcept nogil:
+cdef inline void blas_trsm(int m, int n, real* a, int lda, real* b, int ldb) noexcept nogil:
     """B = B L^-T with L the lower triangle of A, B of shape (m, n)."""
     cdef char side = b"R", uplo = b"L", trans = b"T", diag = b"N"
     cdef real one = 1
@@ -117,7 +119,7 @@ cdef inline void trsm(int m, int n, real* a, int lda, real* b, int ldb) noexcept
         strsm(&side, &uplo, &trans, &diag, &m, &n, &one, a, &lda, b, &ldb)
 
 
-cdef inline void gemm_nt(
+cdef inline void blas_gemm_nt(
     int m, int n, int k, real* a, int lda, real* b, int ldb, real* c, int ldc
 ) noexcept nogil:
     """C = C - A B', A of shape (m, k), B of shape (n, k)."""
@@ -129,7 +131,7 @@ cdef inline void gemm_nt(
         sgemm(&no, &yes, &m, &n, &k, &minus, a, &lda, b, &ldb, &one, c, &ldc)
 
 
-cdef inline void trsv(char trans, int n, real* a, int lda, real* x) noexcept nogil:
+cdef inline void blas_trsv(char trans, int n, real* a, int lda, real* x) noexcept nogil:
     """x = L^-1 x (`trans` b"N") or L^-T x (b"T"), L the lower triangle of A."""
     cdef char uplo = b"L", diag = b"N"
     cdef int one = 1
@@ -139,7 +141,7 @@ cdef inline void trsv(char trans, int n, real* a, int lda, real* x) noexcept nog
         strsv(&uplo, &trans, &diag, &n, a, &lda, x, &one)
 
 
-cdef inline void gemv(
+cdef inline void blas_gemv(
     char trans, int m, int n, real* a, int lda, real* x, real beta, real* y
 ) noexcept nogil:
     """y = beta y - A x or (`trans` b"T") beta y - A' x, A of shape (m, n)."""

@@ -1,6 +1,5 @@
 # Multithreaded dense Cholesky, bit-identical for any number of threads.
 
-from arael.runtime.linear.blas cimport real
 
 # Cholesky factor of a dense column-major triangle in place, 1 / diagonal to `inverse`; 0 or 1 + the
 # failing pivot.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.linear.reduction import Reduction
+from arael.runtime.linear.compiled import Reduction
 
 Ints = NDArray[np.int64]
 

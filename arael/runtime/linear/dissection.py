@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.linear.minimum_degree import minimum_degree
-from arael.runtime.linear.separators import find_separator
+from arael.runtime.linear.planning import find_separator, minimum_degree
 
 Ints = NDArray[np.int64]
 

@@ -1,4 +1,4 @@
-/* Kernels that eliminate entities block by block. Included by instances.h, which defines the names.
+/* Kernels that eliminate entities block by block. Included by eliminate.c, which defines the names.
  *
  * An eliminated entity e of d scalars has a diagonal block D = L L' and, for every kept entity i
  * that it is coupled with, a block W_i of d x s_i scalars. The kernels store L     d x d,
@@ -49,7 +49,7 @@ typedef T F(quarter_wide) __attribute__((vector_size(16), aligned(sizeof(T)), ma
     } while (0)
 
 /* Factor of the d x d block with `diagonal` in place of its own; 0 or 1 + the failing pivot. */
-KERNEL_INLINE int F(pivot_block)(const int d, const T *block, const T *diagonal, T *l) {
+INLINE int F(pivot_block)(const int d, const T *block, const T *diagonal, T *l) {
     int i, j, k;
     for (i = 0; i < d; i++) {
         T pivot = diagonal[i];
@@ -68,7 +68,7 @@ KERNEL_INLINE int F(pivot_block)(const int d, const T *block, const T *diagonal,
 }
 
 /* z = l^-1 w for s columns */
-KERNEL_INLINE void F(whiten)(const int d, const int s, const T *l, const T *w, T *z) {
+INLINE void F(whiten)(const int d, const int s, const T *l, const T *w, T *z) {
     int i, k;
 #define ONE(K, c)                                                                       \
     for (i = 0; i < d; i++) {                                                           \
@@ -80,7 +80,7 @@ KERNEL_INLINE void F(whiten)(const int d, const int s, const T *l, const T *w, T
 #undef ONE
 }
 
-KERNEL_INLINE void F(whiten_all)(const int d, const Coupling *first, const Coupling *last,
+INLINE void F(whiten_all)(const int d, const Coupling *first, const Coupling *last,
                                  const T *l, const T *values, T *z) {
     const Coupling *o;
     int i, j;
@@ -89,7 +89,7 @@ KERNEL_INLINE void F(whiten_all)(const int d, const Coupling *first, const Coupl
         T *to = z + o->place;
         const int s = o->width;
         const T *ahead = values + o[PAIRS_AHEAD].source;
-        for (i = 0; i < d * s; i += 64 / sizeof(T)) KERNEL_AHEAD(ahead + i);
+        for (i = 0; i < d * s; i += 64 / sizeof(T)) AHEAD(ahead + i);
         if (o->turned) {
             for (j = 0; j < s; j++)
                 for (i = 0; i < d; i++) to[i * s + j] = w[j * d + i];
@@ -115,8 +115,8 @@ static ptrdiff_t F(eliminate)(ptrdiff_t count, const Entity *entities, const Cou
         T *l = factors + at->factor;
         int failed;
         if (e + PAIRS_AHEAD < count) {
-            KERNEL_AHEAD(values + at[PAIRS_AHEAD].source);
-            KERNEL_AHEAD(diagonal + at[PAIRS_AHEAD].scalar);
+            AHEAD(values + at[PAIRS_AHEAD].source);
+            AHEAD(diagonal + at[PAIRS_AHEAD].scalar);
         }
         switch (at->size) {
 #define CASE(d)                                                             \
@@ -139,70 +139,70 @@ static ptrdiff_t F(eliminate)(ptrdiff_t count, const Entity *entities, const Cou
 }
 
 /* Rows r0 to r0 + rn of the h x w block: block -= sum of Za' Zb. `vectors` of the block's columns
-are summed in registers, including padding, and `columns` of them are stored. */ KERNEL_INLINE void
+are summed in registers, including padding, and `columns` of them are stored. */ INLINE void
 F(gram_rows)(const int d, const int h, const int w, const int r0, const int rn,
                                 const int c0, const int vectors, const int columns,
                                 ptrdiff_t count, const int *pairs, const T *z, T *block) {
     V acc[16][2];
     T out[2 * W] = {0};
     int r, c, k, v;
-    KERNEL_UNROLL
+    UNROLL
     for (r = 0; r < rn; r++) {
-        KERNEL_UNROLL
+        UNROLL
         for (v = 0; v < vectors; v++) acc[r][v] = (V){0};
     }
     for (; count > 0; count--, pairs += 2) {
         const T *a = z + pairs[0] + r0, *b = z + pairs[1] + c0;
-        KERNEL_AHEAD(z + pairs[PAIRS_AHEAD]);
-        KERNEL_AHEAD(z + pairs[PAIRS_AHEAD] + 64 / sizeof(T));
-        KERNEL_AHEAD(z + pairs[PAIRS_AHEAD + 1]);
-        KERNEL_AHEAD(z + pairs[PAIRS_AHEAD + 1] + 64 / sizeof(T));
-        KERNEL_UNROLL
+        AHEAD(z + pairs[PAIRS_AHEAD]);
+        AHEAD(z + pairs[PAIRS_AHEAD] + 64 / sizeof(T));
+        AHEAD(z + pairs[PAIRS_AHEAD + 1]);
+        AHEAD(z + pairs[PAIRS_AHEAD + 1] + 64 / sizeof(T));
+        UNROLL
         for (k = 0; k < d; k++, a += h, b += w) {
             V x[2];
-            KERNEL_UNROLL
+            UNROLL
             for (v = 0; v < vectors; v++) x[v] = *(const V *)(b + v * W);
-            KERNEL_UNROLL
+            UNROLL
             for (r = 0; r < rn; r++) {
-                KERNEL_UNROLL
+                UNROLL
                 for (v = 0; v < vectors; v++) acc[r][v] += a[r] * x[v];
             }
         }
     }
-    KERNEL_UNROLL
+    UNROLL
     for (r = 0; r < rn; r++) {
-        KERNEL_UNROLL
+        UNROLL
         for (v = 0; v < vectors; v++) *(V *)(out + v * W) = acc[r][v];
         for (c = 0; c < columns; c++) block[(r0 + r) * w + c0 + c] -= out[c];
     }
 }
 
 /* The same for a square block with one column more than a vector: the last column is summed along
-the rows, with one remaining scalar. */ KERNEL_INLINE void F(gram_odd)(const int d, ptrdiff_t count,
+the rows, with one remaining scalar. */ INLINE void F(gram_odd)(const int d, ptrdiff_t count,
 const int *pairs, const T *z,
                                T *block) {
     const int n = W + 1;
     V acc[W + 1], last = (V){0};
     T corner = 0, out[W] = {0};
     int r, c, k;
-    KERNEL_UNROLL
+    UNROLL
     for (r = 0; r < n; r++) acc[r] = (V){0};
     for (; count > 0; count--, pairs += 2) {
         const T *a = z + pairs[0], *b = z + pairs[1];
-        KERNEL_AHEAD(z + pairs[PAIRS_AHEAD]);
-        KERNEL_AHEAD(z + pairs[PAIRS_AHEAD] + 64 / sizeof(T));
-        KERNEL_AHEAD(z + pairs[PAIRS_AHEAD + 1]);
-        KERNEL_AHEAD(z + pairs[PAIRS_AHEAD + 1] + 64 / sizeof(T));
-        KERNEL_UNROLL
+        AHEAD(z + pairs[PAIRS_AHEAD]);
+        AHEAD(z + pairs[PAIRS_AHEAD] + 64 / sizeof(T));
+        AHEAD(z + pairs[PAIRS_AHEAD + 1]);
+        AHEAD(z + pairs[PAIRS_AHEAD + 1] + 64 / sizeof(T));
+        UNROLL
         for (k = 0; k < d; k++, a += n, b += n) {
             const V x = *(const V *)b;
-            KERNEL_UNROLL
+            UNROLL
             for (r = 0; r < n; r++) acc[r] += a[r] * x;
             last += b[W] * *(const V *)a;
             corner += a[W] * b[W];
         }
     }
-    KERNEL_UNROLL
+    UNROLL
     for (r = 0; r < n; r++) {
         *(V *)out = acc[r];
         for (c = 0; c < W; c++) block[r * n + c] -= out[c];
@@ -216,7 +216,7 @@ const int *pairs, const T *z,
 #define ROWS(vectors) ((REGISTERS - 4) / (vectors) < 16 ? (REGISTERS - 4) / (vectors) : 16)
 
 /* block -= sum of Za' Zb with all sizes known to the compiler */
-KERNEL_INLINE void F(gram_fixed)(const int d, const int h, const int w, ptrdiff_t count,
+INLINE void F(gram_fixed)(const int d, const int h, const int w, ptrdiff_t count,
                                  const int *pairs, const T *z, T *block) {
     int c0, r0;
 #if VB
@@ -227,12 +227,12 @@ KERNEL_INLINE void F(gram_fixed)(const int d, const int h, const int w, ptrdiff_
 #endif
     for (c0 = 0; c0 < w; c0 += 2 * W) {
         if (w - c0 <= W) {
-            KERNEL_UNROLL
+            UNROLL
             for (r0 = 0; r0 < h; r0 += ROWS(1))
                 F(gram_rows)(d, h, w, r0, h - r0 < ROWS(1) ? h - r0 : ROWS(1), c0, 1, w - c0,
                              count, pairs, z, block);
         } else {
-            KERNEL_UNROLL
+            UNROLL
             for (r0 = 0; r0 < h; r0 += ROWS(2))
                 F(gram_rows)(d, h, w, r0, h - r0 < ROWS(2) ? h - r0 : ROWS(2), c0, 2,
                              w - c0 < 2 * W ? w - c0 : 2 * W, count, pairs, z, block);
@@ -278,10 +278,10 @@ static void F(gram)(int d, int h, int w, ptrdiff_t count, const int *pairs, cons
 }
 
 /* Entities are not in the order of their scalars, which are prefetched. */
-#define SCALARS_AHEAD(v) KERNEL_AHEAD(v + (e + PAIRS_AHEAD < count ? at[PAIRS_AHEAD].scalar : 0))
+#define SCALARS_AHEAD(v) AHEAD(v + (e + PAIRS_AHEAD < count ? at[PAIRS_AHEAD].scalar : 0))
 
 /* y -= Z' t for one entity, y padded over the kept entities */
-KERNEL_INLINE void F(spread)(const int d, const Coupling *first, const Coupling *last, const T *z,
+INLINE void F(spread)(const int d, const Coupling *first, const Coupling *last, const T *z,
                              const T *t, T *y) {
     const Coupling *o;
     for (o = first; o < last; o++) {
@@ -298,7 +298,7 @@ KERNEL_INLINE void F(spread)(const int d, const Coupling *first, const Coupling 
 }
 
 /* t -= Z x for one entity, x padded over the kept entities with zeros */
-KERNEL_INLINE void F(collect)(const int d, const Coupling *first, const Coupling *last, const T *z,
+INLINE void F(collect)(const int d, const Coupling *first, const Coupling *last, const T *z,
                               const T *x, T *t) {
     const Coupling *o;
     int c, i, k;

@@ -1,7 +1,5 @@
-# The numeric side of a block elimination; see elimination.pyx.
+# The numeric side of a block elimination; see elimination.pxi.
 
-from arael.runtime.linear.blas cimport real
-from arael.runtime.linear.eliminate cimport Block, Coupling, Entity
 
 # Work of the threads of one pass.
 cdef struct Pass:

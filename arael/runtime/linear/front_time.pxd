@@ -1,4 +1,4 @@
-# Predicted nanoseconds to assemble and factor a front; see front_time.pyx.
+# Predicted nanoseconds to assemble and factor a front; see front_time.pxi.
 
 
 cdef inline double front_time(double k, double r) noexcept nogil:

@@ -9,12 +9,12 @@ import numpy as np
 
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.clusters import visibility_clusters
+from arael.runtime.linear.compiled import Products, Reduction, kept_blocks, products
 from arael.runtime.linear.costs import Cost
 from arael.runtime.linear.reduced import Reduced, elimination_cost
-from arael.runtime.linear.reduction import Products, Reduction, kept_blocks, products
 
 if TYPE_CHECKING:
-    from arael.runtime.linear.base import LinearSolver
+    from arael.runtime.linear.compiled import LinearSolver
 
 #: Preconditioners.
 PRECONDITIONERS = ("jacobi", "tridiagonal", "cluster")
@@ -98,7 +98,7 @@ def iterative_solver(
         ``formed``, ``preconditioner``, ``tolerance``, ``floor``, ``iterations``.
     """
     # Imported here for start-up time: a program loads only the solver that it uses.
-    from arael.runtime.linear.conjugate import ConjugateSolver
+    from arael.runtime.linear.compiled import ConjugateSolver
 
     kind = options.get("preconditioner", "cluster")
     formed = options.get("formed", "auto")

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.compiled import LinearSolver
 
 if TYPE_CHECKING:
     from arael.runtime.assembly.components import Partition
-    from arael.runtime.linear.remaining import RemainingSolver
+    from arael.runtime.linear.compiled import RemainingSolver
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -50,7 +50,7 @@ def remaining_solver(whole: LinearSolver, partition: Partition, kept: Bools) -> 
     kept : (count,) bool, the components that are solved for
     """
     # Imported here for start-up time: most solves are never narrowed.
-    from arael.runtime.linear.remaining import RemainingSolver
+    from arael.runtime.linear.compiled import RemainingSolver
 
     pattern = whole.pattern
     blocks = kept[partition.of_block]
@@ -80,8 +80,7 @@ def remaining_solver(whole: LinearSolver, partition: Partition, kept: Bools) -> 
 def _same_kind(whole: LinearSolver, part: BlockPattern) -> LinearSolver:
     # Imported here for start-up time: most solves are never narrowed.
     from arael.runtime.linear.auto import make_solver
-    from arael.runtime.linear.band import BandSolver
-    from arael.runtime.linear.dense import DenseSolver
+    from arael.runtime.linear.compiled import BandSolver, DenseSolver
     from arael.runtime.linear.small import SMALL
 
     name = whole.plan["solver"]

@@ -6,10 +6,13 @@ bit-identical for any number.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.linear.reduction import Products, Reduction
+if TYPE_CHECKING:
+    from arael.runtime.linear.compiled import Products, Reduction
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear.analysis import Analysis, analyse
+from arael.runtime.linear.compiled import Products, Reduction, products
 from arael.runtime.linear.costs import Cost, predict
-from arael.runtime.linear.independent import independent_set, named_set
-from arael.runtime.linear.reduction import Products, Reduction, products
+from arael.runtime.linear.planning import independent_set, named_set
 
 Ints = NDArray[np.int64]
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.linear.sparse import SparseSolver
+from arael.runtime.linear.compiled import SparseSolver
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -1,4 +1,4 @@
-# Supernodes that join their siblings; see siblings.pyx.
+# Supernodes that join their siblings; see siblings.pxi.
 
 from libc.stdint cimport int64_t
 

@@ -13,8 +13,7 @@ from functools import lru_cache
 from typing import Any
 
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.linear.base import LinearSolver
-from arael.runtime.linear.dense import DenseSolver
+from arael.runtime.linear.compiled import DenseSolver, LinearSolver
 from arael.runtime.linear.price import Cost, dense_cost
 
 #: Unknowns up to which `auto` takes the dense solver.

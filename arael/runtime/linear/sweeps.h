@@ -54,10 +54,10 @@ static void F(multiply)(ptrdiff_t r, ptrdiff_t k, const T *x, ptrdiff_t ldx, con
 #endif
 
 /* sums[j] = sum of the lanes of acc[j], for nc columns; the array has NC + 1 vectors */
-TILE_INLINE void F(fold)(const int nc, const V *acc, T *sums) {
+INLINE void F(fold)(const int nc, const V *acc, T *sums) {
 #if !VB
     int j;
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) sums[j] = acc[j];
 #else
     const V none = (V){0};
@@ -86,38 +86,38 @@ TILE_INLINE void F(fold)(const int nc, const V *acc, T *sums) {
 #define FOLDED (NC + 64 / BYTES)
 
 /* acc[j] += column j of x times y over whole vectors of up to r rows; returns the end */
-TILE_INLINE ptrdiff_t F(along)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, const T *y,
+INLINE ptrdiff_t F(along)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, const T *y,
                                V *acc) {
     ptrdiff_t i = 0;
     int j;
     for (; i + W <= r; i += W) {
         const V t = *(const V *)(y + i);
-        TILE_UNROLL
+        UNROLL
         for (j = 0; j < nc; j++) acc[j] += *(const V *)(x + i + j * ldx) * t;
     }
     return i;
 }
 
 /* b[j] -= column j of x times y over r rows, for nc columns */
-TILE_INLINE void F(dots)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, const T *y, T *b) {
+INLINE void F(dots)(const int nc, ptrdiff_t r, const T *x, ptrdiff_t ldx, const T *y, T *b) {
     V acc[NC];
     T sums[FOLDED];
     ptrdiff_t i, w;
     int j;
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) acc[j] = (V){0};
     i = F(along)(nc, r, x, ldx, y, acc);
     F(fold)(nc, acc, sums);
     for (w = i; w < r; w++) {
-        TILE_UNROLL
+        UNROLL
         for (j = 0; j < nc; j++) sums[j] += x[w + j * ldx] * y[w];
     }
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) b[j] -= sums[j];
 }
 
 /* b = b - c x for n rows of six columns */
-TILE_INLINE void F(six)(ptrdiff_t n, const T *c, ptrdiff_t ld, const T *x, T *b) {
+INLINE void F(six)(ptrdiff_t n, const T *c, ptrdiff_t ld, const T *x, T *b) {
     const T x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3], x4 = x[4], x5 = x[5];
     ptrdiff_t i = 0;
 #define SIX(K)                                                                                   \
@@ -184,7 +184,7 @@ static void F(backward)(ptrdiff_t n, ptrdiff_t height, const T *l, ptrdiff_t ld,
 }
 
 /* to = from for a column of h scalars, in the way of `add` */
-TILE_INLINE void F(copy)(ptrdiff_t h, const T *from, T *to) {
+INLINE void F(copy)(ptrdiff_t h, const T *from, T *to) {
     ptrdiff_t i = 0;
     for (; i + W <= h; i += W) *(V *)(to + i) = *(const V *)(from + i);
 #if VB >= 64
@@ -217,7 +217,7 @@ static const INTEGER F(mask)[2 * (VB / BYTES)] __attribute__((aligned(64))) = {
 
 /* The nc columns from j0 on of `ascend`: z of them from y, the rows of the panel, and from z
  * of the columns behind. */
-TILE_INLINE void F(ascend_block)(const int nc, ptrdiff_t j0, ptrdiff_t k, ptrdiff_t rows,
+INLINE void F(ascend_block)(const int nc, ptrdiff_t j0, ptrdiff_t k, ptrdiff_t rows,
                                  const T *triangle, ptrdiff_t ldt, const T *panel, ptrdiff_t ldp,
                                  const T *inverse, const T *y, T *z) {
     const T *d = triangle + j0 * (ldt + 1), *below = d + nc;
@@ -226,7 +226,7 @@ TILE_INLINE void F(ascend_block)(const int nc, ptrdiff_t j0, ptrdiff_t k, ptrdif
     T t[FOLDED];
     ptrdiff_t left = k - j0 - nc, at;
     int i, j;
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) acc[j] = (V){0};
     F(along)(nc, rows, panel + j0 * ldp, ldp, y, acc);
     at = F(along)(nc, left, below, ldt, behind, acc);
@@ -235,20 +235,20 @@ TILE_INLINE void F(ascend_block)(const int nc, ptrdiff_t j0, ptrdiff_t k, ptrdif
         /* The data after the last row does not belong to this matrix. */
         const F(lanes) kept = *(const F(lanes) *)(F(mask) + W - (left - at));
         const V v = *(const V *)(behind + at);
-        TILE_UNROLL
+        UNROLL
         for (j = 0; j < nc; j++)
             acc[j] += (V)(*(const F(lanes) *)(below + at + j * ldt) & kept) * v;
     }
 #endif
     F(fold)(nc, acc, t);
-    TILE_UNROLL
+    UNROLL
     for (j = nc - 1; j >= 0; j--) {
         T s = -t[j];
-        TILE_UNROLL
+        UNROLL
         for (i = nc - 1; i > j; i--) s -= d[i + j * ldt] * t[i];
         t[j] = s * inverse[j0 + j];
     }
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) z[j0 + j] = t[j];
 }
 

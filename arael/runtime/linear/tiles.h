@@ -1,8 +1,7 @@
 /* Dense kernels for the panels of a Cholesky factor, on tiles that stay in vector registers.
  *
- * Included by tiles.pyx once per scalar type and instruction set, with T     scalar,  VB  bytes of
- * a vector (0: plain scalars),  RV  vectors of rows in a tile, F(x)  the name of function x in this
- * instance. All matrices are column-major. A tile is RV vectors of rows by up to NC columns; NC is
+ * Included by tiles.c once per scalar type T; F(x) is the name of function x for that type, VB the
+ * bytes of a vector (0: plain scalars), RV the vectors of rows in a tile. All matrices are column-major. A tile is RV vectors of rows by up to NC columns; NC is
  * 6, so that the blocks of 3 and 6 of poses and points fill tiles exactly. Rows are padded by the
  * callers: a kernel may touch up to one vector beyond the last row. Large matrices are processed by
  * blocks, TILE_BLOCK columns of one operand by a depth of TILE_DEPTH: multiples of the rows and
@@ -34,71 +33,71 @@ typedef T F(quarter) __attribute__((vector_size(16), aligned(sizeof(T)), may_ali
 #endif
 
 /* acc[j][i] = sum over p of rows i of column p of `a` times entry j of column p of `b` */
-TILE_INLINE void F(product)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
+INLINE void F(product)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
                             const T *b, ptrdiff_t ldb, V acc[NC][RV]) {
     int i, j;
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) {
-        TILE_UNROLL
+        UNROLL
         for (i = 0; i < rv; i++) acc[j][i] = (V){0};
     }
     for (; depth > 0; depth--, a += lda, b += ldb) {
         V x[RV];
-        TILE_UNROLL
+        UNROLL
         for (i = 0; i < rv; i++) x[i] = *(const V *)(a + i * W);
-        TILE_UNROLL
+        UNROLL
         for (j = 0; j < nc; j++) {
-            TILE_UNROLL
+            UNROLL
             for (i = 0; i < rv; i++) acc[j][i] += x[i] * b[j];
         }
     }
 }
 
 /* c = -a b', for `rows` rv W and columns nc */
-TILE_INLINE void F(negative)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
+INLINE void F(negative)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
                              const T *b, ptrdiff_t ldb, T *c, ptrdiff_t ldc) {
     V acc[NC][RV];
     int i, j;
     F(product)(rv, nc, depth, a, lda, b, ldb, acc);
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) {
-        TILE_UNROLL
+        UNROLL
         for (i = 0; i < rv; i++) *(V *)(c + i * W + j * ldc) = -acc[j][i];
     }
 }
 
 /* c = c - a b' */
-TILE_INLINE void F(subtract)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
+INLINE void F(subtract)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
                              const T *b, ptrdiff_t ldb, T *c, ptrdiff_t ldc) {
     V acc[NC][RV];
     int i, j;
     F(product)(rv, nc, depth, a, lda, b, ldb, acc);
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) {
-        TILE_UNROLL
+        UNROLL
         for (i = 0; i < rv; i++) *(V *)(c + i * W + j * ldc) -= acc[j][i];
     }
 }
 
 /* c = (c - a b') d^-T with d a lower triangle, 1 / its diagonal in `inverse` */
-TILE_INLINE void F(divide)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
+INLINE void F(divide)(const int rv, const int nc, ptrdiff_t depth, const T *a, ptrdiff_t lda,
                            const T *b, ptrdiff_t ldb, const T *d, ptrdiff_t ldd, const T *inverse,
                            T *c, ptrdiff_t ldc) {
     V acc[NC][RV];
     int i, j, l;
     F(product)(rv, nc, depth, a, lda, b, ldb, acc);
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) {
-        TILE_UNROLL
+        UNROLL
         for (i = 0; i < rv; i++) acc[j][i] = *(const V *)(c + i * W + j * ldc) - acc[j][i];
-        TILE_UNROLL
+        UNROLL
         for (l = 0; l < j; l++) {
-            TILE_UNROLL
+            UNROLL
             for (i = 0; i < rv; i++) acc[j][i] -= acc[l][i] * d[j + l * ldd];
         }
-        TILE_UNROLL
+        UNROLL
         for (i = 0; i < rv; i++) acc[j][i] *= inverse[j];
-        TILE_UNROLL
+        UNROLL
         for (i = 0; i < rv; i++) *(V *)(c + i * W + j * ldc) = acc[j][i];
     }
 }
@@ -134,36 +133,36 @@ static inline int F(vectors)(ptrdiff_t rows) {
  *
  * Computed as L D L' first, so that the dependency chain between pivots contains no square roots;
  * the columns are multiplied by the roots of D at the end. */
-TILE_INLINE int F(pivot_block)(const int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
+INLINE int F(pivot_block)(const int nc, const T *d, ptrdiff_t ldd, T *factor, T *inverse) {
     T a[NC][NC], pivot[NC];
     int i, j, l, failed = 0;
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) {
-        TILE_UNROLL
+        UNROLL
         for (i = j; i < nc; i++) a[j][i] = d[i + j * ldd];
     }
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) {
         const T part = 1 / a[j][j];
         pivot[j] = a[j][j];
-        TILE_UNROLL
+        UNROLL
         for (l = j + 1; l < nc; l++) {
             const T t = a[j][l] * part;
-            TILE_UNROLL
+            UNROLL
             for (i = l; i < nc; i++) a[l][i] -= a[j][i] * t;
         }
     }
-    TILE_UNROLL
+    UNROLL
     for (j = nc - 1; j >= 0; j--) {
         /* NaN fails the first comparison, infinity the second. */
         if (!(pivot[j] > 0 && pivot[j] <= LARGEST)) failed = j + 1;
     }
     if (failed) return failed;
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) inverse[j] = 1 / SQRT(pivot[j]);
-    TILE_UNROLL
+    UNROLL
     for (j = 0; j < nc; j++) {
-        TILE_UNROLL
+        UNROLL
         for (i = j; i < nc; i++) factor[i + j * NC] = a[j][i] * inverse[j];
     }
     return 0;
@@ -328,7 +327,7 @@ static ptrdiff_t F(potrf)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T *l, 
 }
 
 /* to += from for a column of h scalars: whole vectors, then smaller ones */
-TILE_INLINE void F(add)(ptrdiff_t h, const T *from, T *to) {
+INLINE void F(add)(ptrdiff_t h, const T *from, T *to) {
     ptrdiff_t i = 0;
     for (; i + W <= h; i += W) *(V *)(to + i) += *(const V *)(from + i);
 #if VB >= 64
@@ -356,7 +355,7 @@ static void F(add_block)(ptrdiff_t h, ptrdiff_t w, const T *from, ptrdiff_t ldf,
 }
 
 /* to += from for a row of w scalars */
-TILE_INLINE void F(add_row)(ptrdiff_t w, const T *from, ptrdiff_t ldf, T *to, ptrdiff_t ldt) {
+INLINE void F(add_row)(ptrdiff_t w, const T *from, ptrdiff_t ldf, T *to, ptrdiff_t ldt) {
     for (; w > 0; w--, from += ldf, to += ldt) *to += *from;
 }
 

@@ -3,7 +3,6 @@
 # Column-major. Rows of a panel are padded to a multiple of `PAD` scalars, and every panel is
 # followed by `PAD` scalars of padding, because the kernels use whole vectors.
 
-from arael.runtime.linear.blas cimport real
 
 cdef enum:
     PAD_BYTES = 64
@@ -89,14 +88,14 @@ ctypedef struct Tiles32:
     lessen32_t lessen
     ascend32_t ascend
 
-cdef Tiles64 f64
-cdef Tiles32 f32
+cdef Tiles64 tiles64
+cdef Tiles32 tiles32
 
 # Columns above which BLAS and LAPACK are faster than the selected kernels.
 cdef Py_ssize_t large
 
 
-cdef inline Py_ssize_t potrf(
+cdef inline Py_ssize_t tile_potrf(
     Py_ssize_t n, Py_ssize_t height, Py_ssize_t reach, real* l, Py_ssize_t ld, real* inverse
 ) noexcept nogil:
     """Cholesky factor in place, 1 / diagonal to `inverse`; 0 or 1 + the failing pivot.
@@ -105,23 +104,23 @@ cdef inline Py_ssize_t potrf(
     diagonal may be addressed.
     """
     if real is double:
-        return f64.potrf(n, height, reach, l, ld, inverse)
+        return tiles64.potrf(n, height, reach, l, ld, inverse)
     else:
-        return f32.potrf(n, height, reach, l, ld, inverse)
+        return tiles32.potrf(n, height, reach, l, ld, inverse)
 
 
-cdef inline void trsm(
+cdef inline void tile_trsm(
     Py_ssize_t r, Py_ssize_t k, const real* l, Py_ssize_t ld, const real* inverse, real* x,
     Py_ssize_t ldx
 ) noexcept nogil:
     """x = x l^-T, x of shape (r, k)."""
     if real is double:
-        f64.trsm(r, k, l, ld, inverse, x, ldx)
+        tiles64.trsm(r, k, l, ld, inverse, x, ldx)
     else:
-        f32.trsm(r, k, l, ld, inverse, x, ldx)
+        tiles32.trsm(r, k, l, ld, inverse, x, ldx)
 
 
-cdef inline void syrk(
+cdef inline void tile_syrk(
     Py_ssize_t begin, Py_ssize_t r, Py_ssize_t n, Py_ssize_t k, const real* x, Py_ssize_t ldx,
     real* u, Py_ssize_t ldu
 ) noexcept nogil:
@@ -130,63 +129,63 @@ cdef inline void syrk(
     Entries above the triangle are overwritten.
     """
     if real is double:
-        f64.syrk(begin, r, n, k, x, ldx, u, ldu)
+        tiles64.syrk(begin, r, n, k, x, ldx, u, ldu)
     else:
-        f32.syrk(begin, r, n, k, x, ldx, u, ldu)
+        tiles32.syrk(begin, r, n, k, x, ldx, u, ldu)
 
 
-cdef inline void lessen(
+cdef inline void tile_lessen(
     Py_ssize_t begin, Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, real* u,
     Py_ssize_t ldu
 ) noexcept nogil:
     """Rows `begin` to r of the lower triangle of u = u - x x', x (r, k)."""
     if real is double:
-        f64.lessen(begin, r, r, k, x, ldx, x, ldx, u, ldu, 1)
+        tiles64.lessen(begin, r, r, k, x, ldx, x, ldx, u, ldu, 1)
     else:
-        f32.lessen(begin, r, r, k, x, ldx, x, ldx, u, ldu, 1)
+        tiles32.lessen(begin, r, r, k, x, ldx, x, ldx, u, ldu, 1)
 
 
-cdef inline void multiply(
+cdef inline void tile_multiply(
     Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, const real* b, real* y
 ) noexcept nogil:
     """y = -x b, x of shape (r, k), y padded like the rows of x."""
     if real is double:
-        f64.multiply(r, k, x, ldx, b, y)
+        tiles64.multiply(r, k, x, ldx, b, y)
     else:
-        f32.multiply(r, k, x, ldx, b, y)
+        tiles32.multiply(r, k, x, ldx, b, y)
 
 
-cdef inline void transposed(
+cdef inline void tile_transposed(
     Py_ssize_t r, Py_ssize_t k, const real* x, Py_ssize_t ldx, const real* y, real* b
 ) noexcept nogil:
     """b = b - x' y, x of shape (r, k)."""
     if real is double:
-        f64.transposed(r, k, x, ldx, y, b)
+        tiles64.transposed(r, k, x, ldx, y, b)
     else:
-        f32.transposed(r, k, x, ldx, y, b)
+        tiles32.transposed(r, k, x, ldx, y, b)
 
 
-cdef inline void forward(
+cdef inline void tile_forward(
     Py_ssize_t n, Py_ssize_t height, const real* l, Py_ssize_t ld, const real* inverse, real* b
 ) noexcept nogil:
     """b = l^-1 b with the factor of `potrf`."""
     if real is double:
-        f64.forward(n, height, l, ld, inverse, b)
+        tiles64.forward(n, height, l, ld, inverse, b)
     else:
-        f32.forward(n, height, l, ld, inverse, b)
+        tiles32.forward(n, height, l, ld, inverse, b)
 
 
-cdef inline void backward(
+cdef inline void tile_backward(
     Py_ssize_t n, Py_ssize_t height, const real* l, Py_ssize_t ld, const real* inverse, real* b
 ) noexcept nogil:
     """b = l^-T b with the factor of `potrf`."""
     if real is double:
-        f64.backward(n, height, l, ld, inverse, b)
+        tiles64.backward(n, height, l, ld, inverse, b)
     else:
-        f32.backward(n, height, l, ld, inverse, b)
+        tiles32.backward(n, height, l, ld, inverse, b)
 
 
-cdef inline void extend_columns(
+cdef inline void tile_extend_columns(
     const int* runs, Py_ssize_t inside, Py_ssize_t count, Py_ssize_t k, const real* u,
     Py_ssize_t ldu, real* triangle, Py_ssize_t ldt, real* panel, Py_ssize_t ldp, Py_ssize_t begin,
     Py_ssize_t end, Py_ssize_t side, Py_ssize_t own
@@ -196,26 +195,28 @@ cdef inline void extend_columns(
     The right-hand side is row `side` of the update and goes to row `own` of the panel.
     """
     if real is double:
-        f64.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end,
-                           side, own)
+        tiles64.extend_columns(
+            runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end, side, own
+        )
     else:
-        f32.extend_columns(runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end,
-                           side, own)
+        tiles32.extend_columns(
+            runs, inside, count, k, u, ldu, triangle, ldt, panel, ldp, begin, end, side, own
+        )
 
 
-cdef inline void extend_update(
+cdef inline void tile_extend_update(
     const int* runs, Py_ssize_t inside, Py_ssize_t count, Py_ssize_t k, const real* u,
     Py_ssize_t ldu, real* update, Py_ssize_t ldp, Py_ssize_t begin, Py_ssize_t end,
     Py_ssize_t side, Py_ssize_t own
 ) noexcept nogil:
     """Add a child's update matrix to columns `begin` to `end` of its parent's update matrix."""
     if real is double:
-        f64.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end, side, own)
+        tiles64.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end, side, own)
     else:
-        f32.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end, side, own)
+        tiles32.extend_update(runs, inside, count, k, u, ldu, update, ldp, begin, end, side, own)
 
 
-cdef inline void ascend(
+cdef inline void tile_ascend(
     const int* strips, Py_ssize_t count, Py_ssize_t r, Py_ssize_t k, const real* triangle,
     Py_ssize_t ldt, const real* panel, Py_ssize_t ldp, const real* inverse, const real* x,
     real* own, real* work
@@ -226,6 +227,6 @@ cdef inline void ascend(
     size of both leading dimensions.
     """
     if real is double:
-        f64.ascend(strips, count, r, k, triangle, ldt, panel, ldp, inverse, x, own, work)
+        tiles64.ascend(strips, count, r, k, triangle, ldt, panel, ldp, inverse, x, own, work)
     else:
-        f32.ascend(strips, count, r, k, triangle, ldt, panel, ldp, inverse, x, own, work)
+        tiles32.ascend(strips, count, r, k, triangle, ldt, panel, ldp, inverse, x, own, work)

@@ -1,4 +1,4 @@
-# Passes over a graph in an order of elimination; see trees.pyx.
+# Passes over a graph in an order of elimination; see trees.pxi.
 
 from libc.stdint cimport int64_t
 

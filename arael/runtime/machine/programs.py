@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.layout import Entity, Group, Layout
-from arael.runtime.machine.program import Program
+from arael.runtime.machine.compiled import Program, TapeProgram
 from arael.runtime.machine.tape import Tape
-from arael.runtime.machine.tape_program import TapeProgram
 
 if TYPE_CHECKING:
-    from arael.runtime.evaluation.natives import NativeTable
+    from arael.runtime.machine.compiled import NativeTable
 
 Array = NDArray[Any]
 

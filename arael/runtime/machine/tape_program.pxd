@@ -2,8 +2,6 @@
 
 from libc.stdint cimport int32_t
 
-from arael.runtime.machine.program cimport Code
-
 
 cdef class TapeProgram:
     cdef readonly Py_ssize_t inputs, outputs

@@ -2,7 +2,7 @@
 
 from libc.stdint cimport int64_t
 
-from arael.runtime.interruption cimport Interruption
+from arael.runtime.compiled cimport Interruption
 
 
 cdef struct Plan:

@@ -2,8 +2,7 @@
 
 from libc.stdint cimport int64_t, uint8_t
 
-from arael.runtime.interruption cimport Interruption
-from arael.runtime.orthogonal.analysis cimport Analysis
+from arael.runtime.compiled cimport Interruption
 
 
 cdef class Factor:

@@ -1,7 +1,6 @@
 # Rank, dependencies and null space of a sparse matrix from one QR factorisation.
 
-from arael.runtime.interruption cimport Interruption
-from arael.runtime.orthogonal.scaled_factor cimport ScaledFactor
+from arael.runtime.compiled cimport Interruption
 
 
 cdef class RankQR(ScaledFactor):

@@ -2,8 +2,6 @@
 
 from libc.stdint cimport int64_t, uint8_t
 
-from arael.runtime.orthogonal.analysis cimport Analysis
-from arael.runtime.orthogonal.factor cimport Factor
 
 # Multipliers of scaled equations below this part of the largest one are rounding errors.
 cdef double NEGLIGIBLE

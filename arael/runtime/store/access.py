@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from arael.runtime.layout import Columns, Layout, Raw, Slot, Step, Total, columns_of
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.machine.tape import Tape
-from arael.runtime.store.rearranged import followed, taken
+from arael.runtime.store.compiled import followed, taken
 
 if TYPE_CHECKING:
-    from arael.runtime.evaluation.natives import NativeTable
+    from arael.runtime.machine.compiled import NativeTable
 
 Array = NDArray[Any]
 Ints = NDArray[np.int64]

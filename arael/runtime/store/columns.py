@@ -12,9 +12,8 @@ from arael.diagnostics.records import AraelError
 from arael.runtime import layout
 from arael.runtime.store import bounds
 from arael.runtime.store.buffers import Buffers
-from arael.runtime.store.fingerprint import fingerprint_of_flags, fingerprints
+from arael.runtime.store.compiled import fingerprint_of_flags, fingerprints, rows_where
 from arael.runtime.store.messages import Origin, error, unknown_field
-from arael.runtime.store.rearranged import rows_where
 from arael.runtime.store.schema import Group, Leaf, fields_of
 from arael.runtime.store.values import blank, convert, default_value, dtype_of
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from arael.diagnostics.records import AraelError
 from arael.runtime.layout import Column, Step, Target
 from arael.runtime.store import keys
+from arael.runtime.store.compiled import followed
 from arael.runtime.store.messages import Origin, describe, error
-from arael.runtime.store.rearranged import followed
 from arael.runtime.store.slots import NULL, Ints
 
 if TYPE_CHECKING:

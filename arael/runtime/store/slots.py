@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.store.rearranged import rows_of_handles
+from arael.runtime.store.compiled import rows_of_handles
 
 Ints = NDArray[np.int64]
 

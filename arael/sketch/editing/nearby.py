@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.shared_numbers import near
+from arael.runtime.levels.compiled import near
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.history import RecordChange

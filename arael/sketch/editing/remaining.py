@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.shared_numbers import largest, mostly_apart
+from arael.runtime.levels.compiled import largest, mostly_apart
 from arael.sketch.editing import refusals
 from arael.sketch.editing.checks import check_largest, check_remains
 from arael.sketch.layout.layout import Layout

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.nearby import surely_independent
+from arael.runtime.levels.compiled import surely_independent
 from arael.sketch.document.records import Constraint, Dimension
 from arael.sketch.judge.conflicts import conflict, joints, smallest
 from arael.sketch.judge.motions import Motion, Part, motions

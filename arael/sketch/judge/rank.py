@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.interruption import Interruption
+from arael.runtime.compiled import Interruption
 from arael.runtime.orthogonal import RankQR
 from arael.sketch.layout.layout import Linearisation
 from arael.sketch.solve.breaking import breakable, broken_off

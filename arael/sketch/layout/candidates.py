@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.kernel_rows import KernelRows
+from arael.runtime.levels.compiled import KernelRows
 from arael.sketch.document.records import Constraint, Dimension
 from arael.sketch.layout import model, quantities, relations
 from arael.sketch.layout.layout import Layout

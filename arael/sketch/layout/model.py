@@ -6,7 +6,7 @@ from functools import cache, lru_cache
 from typing import Any
 
 from arael.loading import load_compiled
-from arael.runtime.levels.kernel_rows import KernelRows
+from arael.runtime.levels.compiled import KernelRows
 from arael.runtime.machine.tape import Tape
 
 

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.shared_numbers import differs, gather, named, put, scattered
+from arael.runtime.levels.compiled import differs, gather, named, put, scattered
 from arael.sketch.document.records import Dimension, Entity
 from arael.sketch.layout.laid import Laid
 from arael.sketch.layout.operands import Operand, operands, sweep_of

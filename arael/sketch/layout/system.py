@@ -8,8 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.row_components import components
-from arael.runtime.levels.shared_numbers import extent, spread
+from arael.runtime.levels.compiled import components, extent, spread
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import ENTITIES
 from arael.sketch.document.records import Dimension

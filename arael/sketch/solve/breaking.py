@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.runtime.interruption import InterruptedWork
+from arael.runtime.compiled import InterruptedWork
 
 
 def broken_off() -> AraelError:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.shared_numbers import any_short
+from arael.runtime.levels.compiled import any_short
 from arael.sketch.document.records import Entity
 
 Floats = NDArray[np.float64]

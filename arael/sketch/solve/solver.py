@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arael.runtime.interruption import Interruption
+from arael.runtime.compiled import Interruption
+from arael.runtime.levels.compiled import Levels
 from arael.runtime.levels.follow import follow
-from arael.runtime.levels.levels import Levels
 from arael.sketch.document.records import Entity
 from arael.sketch.layout.layout import Layout
 from arael.sketch.solve.extents import COLLAPSED, Extents

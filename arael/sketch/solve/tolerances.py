@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.shared_numbers import ComponentSizes
+from arael.runtime.levels.compiled import ComponentSizes
 from arael.sketch.layout.layout import Layout
 
 #: Largest residual of a solved sketch, relative to the size of its component.

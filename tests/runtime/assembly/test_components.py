@@ -7,9 +7,9 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from arael.runtime.assembly.compiled import connected
 from arael.runtime.assembly.components import partition_of
-from arael.runtime.assembly.union_find import connected
-from arael.runtime.levenberg import vectors
+from arael.runtime.levenberg.compiled import runs_of
 from arael.runtime.parallel import vector_parts
 from arael.runtime.problem import Problem
 from arael.runtime.store import Store
@@ -114,8 +114,8 @@ def test_runs_are_of_one_part_and_one_component(
     n = 1000
     component = np.sort(np.random.default_rng(count).integers(0, count, n)).astype(np.int32)
     component[500:] = np.roll(component, 300)[500:]
-    parts, whole = vectors.runs_of(n)
-    runs, ends = vectors.runs_of(n, component)
+    parts, whole = runs_of(n)
+    runs, ends = runs_of(n, component)
     assert len(whole) == len(ends) == vector_parts.count_parts(n) + 1
     assert len(parts) == len(whole) - 1
     assert runs[0, 0] == 0 and runs[-1, 1] == n and (runs[1:, 0] == runs[:-1, 1]).all()

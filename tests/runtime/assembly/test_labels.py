@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from arael.runtime.assembly.compiled import connected, labels_of_instances, runs_of_values
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.assembly.positions import coordinates
-from arael.runtime.assembly.union_find import connected, labels_of_instances, runs_of_values
 
 NONE = np.zeros(0, dtype=np.int64)
 

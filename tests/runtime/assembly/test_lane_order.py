@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.assembly.lane_order import keys_of, order_by, shared_rows
+from arael.runtime.assembly.compiled import keys_of, order_by, shared_rows
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import arael
-from arael.runtime.assembly.couplings import placed_pairs, used_rows
+from arael.runtime.assembly.compiled import placed_pairs, used_rows
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.layout import pair_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import arael
-from arael.runtime.assembly.couplings import has_blocks
+from arael.runtime.assembly.compiled import has_blocks
 from arael.runtime.assembly.pattern import BlockPattern
 
 CHAIN = """

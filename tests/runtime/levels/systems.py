@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.levels.rows import PythonRows
+from arael.runtime.levels.compiled import PythonRows
 
 Array = NDArray[np.float64]
 

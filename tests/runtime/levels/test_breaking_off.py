@@ -7,9 +7,8 @@ from threading import Thread
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.interruption import Interruption
-from arael.runtime.levels.levels import Levels
-from arael.runtime.levels.rows import PythonRows
+from arael.runtime.compiled import Interruption
+from arael.runtime.levels.compiled import Levels, PythonRows
 from tests.runtime.levels.systems import chain
 
 Array = NDArray[np.float64]

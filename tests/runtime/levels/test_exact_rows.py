@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from arael.runtime.levels.levels import Levels
-from arael.runtime.levels.rows import PythonRows, Rows
+from arael.runtime.levels.compiled import Levels, PythonRows, Rows
 from tests.runtime.levels.systems import chain, distances, linear, rectangles
 
 Array = NDArray[np.float64]

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from arael.runtime.levels.compiled import Levels, PythonRows
 from arael.runtime.levels.follow import follow
-from arael.runtime.levels.levels import Levels
-from arael.runtime.levels.rows import PythonRows
 from tests.runtime.levels.systems import distances, linear
 
 Array = NDArray[np.float64]

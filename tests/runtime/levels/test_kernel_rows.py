@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arael.loading import load_compiled
-from arael.runtime.levels.kernel_rows import KernelRows
+from arael.runtime.levels.compiled import KernelRows
 from arael.runtime.machine.tape import Tape
 from tests.runtime.levels.test_sketch_rows import dense
 

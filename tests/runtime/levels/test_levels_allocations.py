@@ -19,8 +19,7 @@ COUNTED = """
 import ctypes, json, sys
 import numpy as np
 from arael.loading import load_compiled
-from arael.runtime.levels.kernel_rows import KernelRows
-from arael.runtime.levels.levels import Levels
+from arael.runtime.levels.compiled import KernelRows, Levels
 
 counted = ctypes.CDLL(sys.argv[1]).counted
 counted.restype = ctypes.c_long

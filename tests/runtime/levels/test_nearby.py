@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.levels.nearby import surely_independent
-from arael.runtime.levels.rows import PythonRows
+from arael.runtime.levels.compiled import PythonRows, surely_independent
 
 
 def linear(matrix: np.ndarray) -> PythonRows:

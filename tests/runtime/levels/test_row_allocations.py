@@ -20,7 +20,7 @@ COUNTED = """
 import ctypes, json, sys
 import numpy as np
 from arael.loading import load_compiled
-from arael.runtime.levels.kernel_rows import KernelRows
+from arael.runtime.levels.compiled import KernelRows
 from tests.runtime.levels.test_kernel_rows import product_tape
 
 counted = ctypes.CDLL(sys.argv[1]).counted

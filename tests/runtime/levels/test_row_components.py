@@ -7,8 +7,7 @@ import pytest
 from scipy.sparse import bmat, csr_array
 from scipy.sparse.csgraph import connected_components
 
-from arael.runtime.levels.row_components import components
-from arael.runtime.levels.rows import PythonRows
+from arael.runtime.levels.compiled import PythonRows, components
 
 
 @pytest.mark.parametrize("seed", range(8))

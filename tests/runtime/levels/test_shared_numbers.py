@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.levels.rows import PythonRows
-from arael.runtime.levels.shared_numbers import (
+from arael.runtime.levels.compiled import (
     ComponentSizes,
+    PythonRows,
     any_short,
     differs,
     extent,

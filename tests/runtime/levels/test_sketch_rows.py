@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arael.loading import load_compiled
-from arael.runtime.levels.kernel_rows import KernelRows
+from arael.runtime.levels.compiled import KernelRows
 from tests.runtime.levels.sketch_formulas import ANGLES, FORMULAS, POWERS, PURE, Values
 
 STRUCTS = sorted(FORMULAS)

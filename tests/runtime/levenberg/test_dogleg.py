@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from arael.config import LmConfig
-from arael.runtime.levenberg.loop import Minimiser
-from arael.runtime.linear.dense import DenseSolver
+from arael.runtime.levenberg.compiled import Minimiser
+from arael.runtime.linear.compiled import DenseSolver
 from arael.runtime.problem import Problem
 from tests.runtime import toys
 

@@ -11,8 +11,8 @@ import pytest
 
 from arael.config import LmConfig
 from arael.runtime.layout import Layout
-from arael.runtime.levenberg.loop import STATUSES
-from arael.runtime.linear.dense import DenseSolver
+from arael.runtime.levenberg.compiled import STATUSES
+from arael.runtime.linear.compiled import DenseSolver
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise
 from tests.runtime import toy, toys

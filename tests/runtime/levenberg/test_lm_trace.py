@@ -9,7 +9,7 @@ import pytest
 
 from arael.config import LmConfig
 from arael.runtime.levenberg.trace import shown_cost, shown_lambda
-from arael.runtime.linear.dense import DenseSolver
+from arael.runtime.linear.compiled import DenseSolver
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from tests.runtime import toy, toys

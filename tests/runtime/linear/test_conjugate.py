@@ -6,23 +6,22 @@ import numpy as np
 import pytest
 
 from arael.diagnostics.records import AraelError
-from arael.runtime.linear import eliminate
 from arael.runtime.linear.auto import make_solver
 from arael.runtime.linear.clusters import visibility_clusters
-from arael.runtime.linear.independent import independent_set
+from arael.runtime.linear.compiled import instruction_sets, reduce, use_instruction_set
 from arael.runtime.linear.iterative import PRECONDITIONERS
-from arael.runtime.linear.reduction import reduce
+from arael.runtime.linear.planning import independent_set
 from tests.runtime.linear.block_matrices import build, bundle, dense, positive, slam
 
 EXACT = {"tolerance": 1e-14, "floor": 1e-14}
 
 
-@pytest.mark.parametrize("instructions", eliminate.available())
+@pytest.mark.parametrize("instructions", instruction_sets())
 @pytest.mark.parametrize("formed", [True, False])
 @pytest.mark.parametrize("kind", PRECONDITIONERS)
 @pytest.mark.parametrize("pattern", [bundle(9, 70), bundle(9, 70, 6, True), slam(12, 60)])
 def test_solution(pattern, kind: str, formed: bool, instructions: str) -> None:  # type: ignore[no-untyped-def]
-    eliminate.use(instructions)
+    use_instruction_set(instructions)
     try:
         values, diagonal = positive(pattern, 0)
         solver = make_solver("schur_pcg", pattern, formed=formed, preconditioner=kind, **EXACT)
@@ -30,7 +29,7 @@ def test_solution(pattern, kind: str, formed: bool, instructions: str) -> None: 
         b = np.random.default_rng(0).standard_normal(pattern.size)
         assert np.abs(dense(pattern, values, diagonal) @ solver.solved(b) - b).max() < 1e-12
     finally:
-        eliminate.use(eliminate.available()[-1])
+        use_instruction_set(instruction_sets()[-1])
 
 
 def ill_conditioned(pattern, seed: int = 0):  # type: ignore[no-untyped-def]

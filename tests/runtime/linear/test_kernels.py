@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from arael.runtime.linear import tiles
 from arael.runtime.linear.auto import make_solver
+from arael.runtime.linear.compiled import instruction_sets, use_instruction_set
 from tests.runtime.linear.block_matrices import arrow, build, chain, dense, grid, positive, slam
 
 PATTERNS = [
@@ -22,12 +22,12 @@ PATTERNS = [
 ]
 
 
-@pytest.fixture(params=tiles.available())
+@pytest.fixture(params=instruction_sets())
 def instructions(request: pytest.FixtureRequest) -> Iterator[str]:
     """Use one instruction set, then go back to the best."""
-    tiles.use(request.param)
+    use_instruction_set(request.param)
     yield str(request.param)
-    tiles.use(tiles.available()[-1])
+    use_instruction_set(instruction_sets()[-1])
 
 
 @pytest.mark.parametrize("single", [False, True], ids=["f64", "f32"])
@@ -102,4 +102,4 @@ def test_large_fronts_with_rows_below(size: int, below: int, instructions: str) 
 
 def test_unknown_instruction_set() -> None:
     with pytest.raises(ValueError, match="instruction set 'mmx'"):
-        tiles.use("mmx")
+        use_instruction_set("mmx")

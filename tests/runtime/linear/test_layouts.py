@@ -8,11 +8,13 @@ from hypothesis import strategies as st
 
 from arael.runtime.linear.analysis import analyse
 from arael.runtime.linear.bandwidth import half_bandwidth
-from arael.runtime.linear.front_time import time_of_front
-from arael.runtime.linear.fronts import plan_fronts
-from arael.runtime.linear.independent import independent_set
-from arael.runtime.linear.minimum_degree import minimum_degree
-from arael.runtime.linear.symbolic import adjacency
+from arael.runtime.linear.planning import (
+    adjacency,
+    independent_set,
+    minimum_degree,
+    plan_fronts,
+    time_of_front,
+)
 from tests.runtime.linear.block_matrices import BlockPattern, build
 from tests.runtime.linear.test_orderings import patterns
 

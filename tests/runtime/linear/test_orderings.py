@@ -8,10 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arael.runtime.linear.analysis import ORDERINGS, analyse
-from arael.runtime.linear.minimum_degree import minimum_degree
-from arael.runtime.linear.separators import find_separator
-from arael.runtime.linear.symbolic import adjacency
-from arael.runtime.linear.trees import column_counts, elimination_tree, postorder
+from arael.runtime.linear.planning import (
+    adjacency,
+    column_counts,
+    elimination_tree,
+    find_separator,
+    minimum_degree,
+    postorder,
+)
 from tests.runtime.linear.block_matrices import BlockPattern, arrow, build, chain, grid, slam
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from arael.runtime.assembly.components import Partition
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.evaluation.state_pair import rows_of
+from arael.runtime.evaluation.compiled import rows_of
 from arael.runtime.linear.auto import make_solver
 from arael.runtime.linear.narrowing import remaining_solver
 

@@ -9,20 +9,19 @@ import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.linear import eliminate
 from arael.runtime.linear.auto import make_solver
-from arael.runtime.linear.independent import independent_set, named_set
+from arael.runtime.linear.compiled import instruction_sets, products, reduce, use_instruction_set
+from arael.runtime.linear.planning import independent_set, named_set
 from arael.runtime.linear.reduced import INNER, plan_reduced, product_count
-from arael.runtime.linear.reduction import products, reduce
 from tests.runtime.linear.block_matrices import build, bundle, chain, dense, grid, positive, slam
 
 
-@pytest.fixture(params=eliminate.available())
+@pytest.fixture(params=instruction_sets())
 def instructions(request: pytest.FixtureRequest) -> Iterator[str]:
     """Use one instruction set, then go back to the best."""
-    eliminate.use(request.param)
+    use_instruction_set(request.param)
     yield str(request.param)
-    eliminate.use(eliminate.available()[-1])
+    use_instruction_set(instruction_sets()[-1])
 
 
 def residual(pattern: BlockPattern, single: bool = False, **options: object) -> float:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from arael.runtime.assembly.pattern import BlockPattern
+from arael.runtime.linear.compiled import SparseSolver
 from arael.runtime.linear.selected import SelectedInverse
-from arael.runtime.linear.sparse import SparseSolver
 from tests.runtime.linear import block_matrices as bm
 
 PATTERNS = {

@@ -8,10 +8,13 @@ from hypothesis import given, settings
 
 from arael.runtime.linear.analysis import ORDERINGS, analyse
 from arael.runtime.linear.auto import make_solver
-from arael.runtime.linear.front_time import time_of_front
-from arael.runtime.linear.siblings import join_siblings
-from arael.runtime.linear.supernodes import Supernodes, find_supernodes
-from arael.runtime.linear.symbolic import adjacency
+from arael.runtime.linear.planning import (
+    Supernodes,
+    adjacency,
+    find_supernodes,
+    join_siblings,
+    time_of_front,
+)
 from tests.runtime.linear.block_matrices import BlockPattern, build, dense, positive, slam
 from tests.runtime.linear.test_orderings import patterns
 

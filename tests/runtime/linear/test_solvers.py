@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from arael.runtime.assembly.pattern import BlockPattern
 from arael.runtime.linear import auto
 from arael.runtime.linear.auto import SOLVERS
-from arael.runtime.linear.base import LinearSolver
+from arael.runtime.linear.compiled import LinearSolver
 from tests.optional import solvers
 from tests.runtime.linear.block_matrices import arrow, build, chain, dense, grid, positive, slam
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.linear.stacks import Stacks, place_updates
+from arael.runtime.linear.planning import Stacks, place_updates
 from arael.runtime.linear.subtrees import bundle_subtrees
 
 Ints = np.ndarray

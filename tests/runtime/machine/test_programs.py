@@ -10,7 +10,7 @@ import pytest
 
 import arael
 from arael.runtime.assembly import shares
-from arael.runtime.machine import program
+from arael.runtime.machine import compiled as program
 from arael.runtime.machine.programs import evaluate, group_program
 from arael.runtime.machine.tape import Tape
 from arael.runtime.problem import Problem

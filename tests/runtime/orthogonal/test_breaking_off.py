@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.interruption import InterruptedWork, Interruption
+from arael.runtime.compiled import InterruptedWork, Interruption
 from arael.runtime.orthogonal import RankQR
 from tests.runtime.orthogonal.matrices import Sparse, grid
 

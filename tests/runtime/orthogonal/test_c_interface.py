@@ -19,7 +19,7 @@ from arael.runtime.orthogonal import RankQR
 MODULE = """
 # cython: language_level=3, boundscheck=False
 import numpy as np
-from arael.runtime.orthogonal.rank_qr cimport RankQR
+from arael.runtime.orthogonal.compiled cimport RankQR
 
 def use(RankQR qr, double[::1] entries, double[::1] right, double[::1] vector):
     cdef double[::1] step = np.zeros(qr.n), factors = np.zeros(qr.m)

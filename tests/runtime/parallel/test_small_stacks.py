@@ -14,8 +14,8 @@ import pytest
 
 import arael
 from arael.runtime.parallel import frames
+from arael.runtime.parallel.compiled import supported
 from arael.runtime.parallel.frames import frame_of
-from arael.runtime.parallel.pool import supported
 from arael.scenes import benchmark_config, columns, fill, make_scene
 
 KIB = 1024

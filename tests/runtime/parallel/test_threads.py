@@ -15,10 +15,11 @@ import arael
 from arael.config import LmConfig
 from arael.runtime.assembly import shares
 from arael.runtime.assembly.pattern import BlockPattern
-from arael.runtime.levenberg import vectors
+from arael.runtime.levenberg.compiled import Vectors
 from arael.runtime.linear import parts, subtrees
 from arael.runtime.linear.auto import SOLVERS, make_solver
-from arael.runtime.parallel import pool, vector_parts
+from arael.runtime.parallel import compiled as pool
+from arael.runtime.parallel import vector_parts
 from arael.runtime.problem import Problem
 from arael.runtime.solve import minimise
 from arael.scenes import SceneConfig, columns, fill, make_scene
@@ -306,7 +307,7 @@ class TestVectors:
 
     def test_solves_keep_their_arrays(self) -> None:
         totals = problem_of(scene()).evaluation.totals
-        first, second = (vectors.Vectors(7, totals, 1) for _ in range(2))
+        first, second = (Vectors(7, totals, 1) for _ in range(2))
         assert first.value_array is second.value_array
         assert first.step_array is not second.step_array
 

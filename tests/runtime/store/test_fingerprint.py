@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from arael.runtime.store.fingerprint import fingerprint_of_flags
+from arael.runtime.store.compiled import fingerprint_of_flags
 
 
 def _flags(*columns: str) -> list[np.ndarray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.store.rearranged import all_set, rows_where, spread_flags
+from arael.runtime.store.compiled import all_set, rows_where, spread_flags
 
 
 def test_rows_have_all_required_flags_and_none_refused() -> None:

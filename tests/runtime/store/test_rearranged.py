@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.store.rearranged import (
+from arael.runtime.store.compiled import (
     followed,
     join_columns,
     numbered,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arael.runtime.store.rearranged import rows_of_handles
+from arael.runtime.store.compiled import rows_of_handles
 
 
 def test_rows_are_those_of_live_slots() -> None:

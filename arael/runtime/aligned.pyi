@@ -1,9 +1,0 @@
-from collections.abc import Sequence
-from typing import Any
-
-import numpy as np
-from numpy.typing import DTypeLike, NDArray
-
-def aligned_empty(shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]: ...
-def aligned_zeros(count: int, dtype: DTypeLike) -> NDArray[Any]: ...
-def aligned_parts(counts: Sequence[int], dtype: np.dtype[Any]) -> list[NDArray[Any]]: ...

@@ -1,0 +1,2 @@
+include "totals.pxd"
+include "union_find.pxd"

@@ -1,0 +1,1 @@
+include "interruption.pxd"

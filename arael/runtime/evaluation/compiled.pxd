@@ -1,0 +1,7 @@
+include "compiled_groups.pxd"
+include "component_lanes.pxd"
+include "raised.pxd"
+include "state_pair.pxd"
+include "group_lanes.pxd"
+include "groups.pxd"
+include "evaluation.pxd"

@@ -1,0 +1,17 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+"""Residual rows of equations, their factor, and the levels below them."""
+
+include "rows.pxi"
+include "cursor_rows.pxi"
+include "factor.pxi"
+include "unknown_windows.pxi"
+include "lane_table.pxi"
+include "row_expression.pxi"
+include "table_rows.pxi"
+include "kernel_rows.pxi"
+include "newton.pxi"
+include "lower.pxi"
+include "levels.pxi"
+include "nearby.pxi"
+include "row_components.pxi"
+include "shared_numbers.pxi"

@@ -1,0 +1,7 @@
+include "base.pxd"
+include "blas.pxd"
+include "blocks.pxd"
+include "cholesky.pxd"
+include "eliminate.pxd"
+include "elimination.pxd"
+include "tiles.pxd"

@@ -1,3 +1,0 @@
-from arael.runtime.linear.base import LinearSolver
-
-class DenseSolver(LinearSolver): ...

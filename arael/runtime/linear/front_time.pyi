@@ -1,3 +1,0 @@
-from typing import Any
-
-def time_of_front(columns: Any, rows: Any) -> Any: ...

@@ -1,0 +1,3 @@
+include "natives.pxd"
+include "program.pxd"
+include "tape_program.pxd"

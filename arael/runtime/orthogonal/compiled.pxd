@@ -1,0 +1,5 @@
+include "analysis.pxd"
+include "factor.pxd"
+include "scaled_factor.pxd"
+include "rank_qr.pxd"
+include "scaling.pxd"

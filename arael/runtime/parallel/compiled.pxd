@@ -1,0 +1,2 @@
+include "kept.pxd"
+include "pool.pxd"

@@ -1,9 +1,0 @@
-from typing import Any
-
-from numpy.typing import NDArray
-
-def fingerprint(
-    array: NDArray[Any],
-) -> tuple[int, int, int, int, tuple[int, ...], str]: ...
-def fingerprints(arrays: list[NDArray[Any]]) -> list[tuple[Any, ...]]: ...
-def fingerprint_of_flags(arrays: list[NDArray[Any]]) -> tuple[int, int, int, int]: ...
