@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import shutil
+import subprocess
 from collections.abc import Iterable
 from functools import cache
 from types import ModuleType
@@ -58,7 +59,11 @@ def is_installed(part: str) -> bool:
     return True
 
 
-PROGRAMS = {"node": "apt install nodejs", "npm": "apt install npm"}
+PROGRAMS = {
+    "node": "apt install nodejs",
+    "npm": "apt install npm",
+    "cmake": "apt install cmake g++",
+}
 """Programs that some tests call, and how to install them."""
 
 
@@ -68,6 +73,24 @@ def program(name: str) -> str:
     if found is None:
         pytest.skip(f"needs {name}: {PROGRAMS[name]}")
     return found
+
+
+HEADERS = {"ceres/ceres.h": "apt install libceres-dev"}
+"""Headers that some tests compile against, and how to install them."""
+
+
+def header(name: str) -> None:
+    """Skip the calling test where the C++ compiler does not find a header of `HEADERS`."""
+    compiler = shutil.which("g++")
+    text = f"#include <{name}>\n"
+    command = [compiler or "", "-x", "c++", "-M", "-I/usr/include/eigen3", "-"]
+    if (
+        compiler is None
+        or subprocess.run(
+            command, input=text, text=True, capture_output=True, check=False
+        ).returncode
+    ):
+        pytest.skip(f"needs {name}: {HEADERS[name]}")
 
 
 def reason(part: str) -> str:

@@ -71,6 +71,9 @@ def command(
     each entity its retraction and local coordinates, in one header and one source; CMakeLists.txt;
     and main.c, which evaluates the first rows of DATA. With --size also a solver of fixed size, and
     main.c solves the problem of DATA.
+
+    ceres: on these functions, cost functions and manifolds of Ceres and a function that builds a
+    problem; main.cpp solves that of DATA.
     """
     instance: Any = None
     if data:

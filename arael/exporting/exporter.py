@@ -14,9 +14,11 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.exporting.c_functions import Functions, functions_of
+from arael.exporting.ceres import CeresProject, cmake_of
 from arael.exporting.plan import plan_of
 from arael.exporting.project import SHOWN, files_of
-from arael.exporting.sample import samples_of
+from arael.exporting.rows import Rows
+from arael.exporting.sample import model_values, samples_of
 from arael.exporting.solver import Solver
 from arael.exporting.solver_project import solver_files
 from arael.io.files import shown, write_whole
@@ -24,7 +26,7 @@ from arael.loading import find_model
 from arael.model import Model
 from arael.syntax.files import read_source
 
-TARGETS = ("c",)
+TARGETS = ("c", "ceres")
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ class Export:
 
 def export(
     model: str | os.PathLike[str],
-    to: Literal["c"] = "c",
+    to: Literal["c", "ceres"] = "c",
     *,
     data: Model | None = None,
     constraint: str | Sequence[str] | None = None,
@@ -82,7 +84,8 @@ def export(
     ----------
     model : name of a standard model (``"slam"``) or path of a ``.arael`` file
     to : ``"c"``: for each constraint a C99 function of plain arrays for residuals and derivatives,
-        for each entity its retraction and local coordinates
+        for each entity its retraction and local coordinates; ``"ceres"``: on these functions cost
+        functions and manifolds of Ceres, and a function that builds a problem
     data : instance of the model; `main.c` evaluates the first rows of its data
     constraint : only these, as ``"Edge.between"``
     precision : instead of what the root declares
@@ -129,6 +132,12 @@ def export(
         samples = samples_of(functions, data, SHOWN)
     text = read_source(path).text
     files = files_of(functions, text, samples)
+    if to == "ceres":
+        if size is not None:
+            raise AraelError(
+                Diagnostic("E1503", "a size is of the solver in C, and Ceres has its own solver")
+            )
+        return Export(to, ceres_files(functions, files, text, data), functions)
     if size is not None:
         if size == "data" and data is None:
             raise AraelError(
@@ -143,6 +152,30 @@ def export(
 
 def _put(content: bytes, file: BinaryIO) -> None:
     file.write(content)
+
+
+def ceres_files(
+    functions: Functions, files: Mapping[str, str], text: str, data: Model | None
+) -> dict[str, str]:
+    """Files of a project for Ceres; `main.cpp` solves the problem of `data`, if there is one."""
+    if functions.real == "float":
+        raise AraelError(
+            Diagnostic(
+                "E1504",
+                "the model is in f32, and Ceres solves in double precision",
+                help=("write --precision f64",),
+            )
+        )
+    stem = functions.prefix.removesuffix("_")
+    read = {group.table for group in (one.group for one in functions.constraints)}
+    read |= {slot.table for one in functions.constraints for slot in one.group.slots}
+    project = CeresProject(functions, Rows(functions, read | {""}))
+    found = {name: files[name] for name in (f"{stem}.h", f"{stem}.c")}
+    found[f"{stem}_ceres.h"] = project.header(f"// Ceres problem of the model in {stem}.h.")
+    if data is not None:
+        found["main.cpp"] = project.main(model_values(functions, project.rows, data))
+    found["CMakeLists.txt"] = cmake_of(stem, data is not None)
+    return found
 
 
 def _no_constraint(name: str, labels: Sequence[str]) -> AraelError:

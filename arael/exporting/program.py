@@ -98,6 +98,36 @@ def local_coordinates(parameters: ParameterSet) -> Tape:
     return graph.tape(step, inputs=list(graph.inputs))
 
 
+def tangent_programs(entity: Entity) -> tuple[Tape, Tape]:
+    """Derivatives of the stored scalars by a step at zero, and of a step by them, row by row.
+
+    The columns of the first, P, are orthogonal for every type of parameter, so the second is
+    ``diag(P'P)^-1 P'``, whose product with P is the unit matrix.
+    """
+    graph = Graph()
+    stored = [graph.input(("stored", k)) for k in range(entity.stored)]
+    zero = graph.const(0.0)
+    plus = [[zero] * entity.tangent for _ in stored]
+    for use in entity.params:
+        if use.tangent:
+            kind = plain("", use.stored) if use.kind in ("real", "vec") else None
+            kind = kind or parameter_type(use.kind)
+            own = stored[use.stored_start : use.stored_start + use.stored]
+            rows = kind.tangent(graph, own, kind.caches(graph, own))
+            for k, row in enumerate(rows):
+                for tangent, node in row.items():
+                    plus[use.stored_start + k][use.tangent_start + tangent] = node
+    minus = []
+    for k in range(entity.tangent):
+        column = [row[k] for row in plus]
+        norm = zero
+        for node in column:
+            norm = graph.op("add", norm, graph.op("mul", node, node))
+        minus += [graph.op("div", node, norm) for node in column]
+    keys = list(graph.inputs)
+    return graph.tape([n for row in plus for n in row], keys), graph.tape(minus, keys)
+
+
 def inline(graph: Graph, tape: Tape, inputs: Sequence[int], *, places: bool = False) -> list[int]:
     """Make the nodes of `tape` in `graph`, its inputs being `inputs`; return its outputs."""
     nodes: list[int] = []

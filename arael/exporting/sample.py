@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.exporting.c_functions import ConstraintFunction, Functions
+from arael.exporting.rows import Rows
 from arael.model import Model
 from arael.runtime.evaluation.states import stored_scalars
+from arael.runtime.layout import Raw, Slot
 from arael.runtime.store.access import StoreLike, gather
 from arael.solving import problem_of
 
@@ -58,6 +61,43 @@ def samples_of(functions: Functions, model: Model, first: int | None = None) -> 
         slots = [np.asarray(ways)[:first] for ways in structure.slot_rows[number]]
         found.append(_samples(functions, function, store, rows, slots))
     return found
+
+
+def model_values(functions: Functions, rows: Rows, model: Model) -> dict[str, NDArray[Any]]:
+    """All rows of a model as the arrays that exported programs read, by their names in C.
+
+    Parameters ``pose`` (rows, stored), ``pose_fixed`` (rows, tangent), ``edges_count``, refs
+    ``edges_a`` (rows,), data ``edge_data`` (rows, scalars).
+    """
+    model._store.check_complete()
+    store = model._store
+    system = problem_of(model).structure.system
+    values: dict[str, NDArray[Any]] = {}
+    for one in functions.used:
+        values[one.stored.name] = stored_scalars(store, one.entity, np.dtype(np.float64))
+        fixed = ~system.blocks[one.number].free
+        values[f"{one.stored.name}_fixed"] = fixed.astype(int)
+    for path in rows.tables:
+        table = store.tables[path]
+        if path:
+            values[f"{rows.names[path]}_count"] = np.array(table.size)
+        for (owner, step), name in rows.refs.items():
+            if owner == path:
+                parent = step.kind == "parent"
+                targets = table.parent_rows() if parent else table.target_rows(step.ref)
+                values[name] = np.asarray(targets).astype(int)
+        array = functions.arrays.data.get(path)
+        if array is not None:
+            all_rows = [np.arange(table.size)]
+            columns = [
+                np.broadcast_to(
+                    gather(store, (Slot((), path),), all_rows, Raw(0, part.name, k)), table.size
+                )
+                for part in array.parts
+                for k in range(part.count)
+            ]
+            values[array.name] = np.stack(columns, axis=1)
+    return values
 
 
 def _samples(

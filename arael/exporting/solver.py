@@ -8,10 +8,10 @@ from importlib.resources import files
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.exporting.arrays import ParameterSet
 from arael.exporting.c_functions import ConstraintFunction, Functions
-from arael.exporting.identifiers import Names, identifier
 from arael.exporting.plan import Plan
+from arael.exporting.rows import Rows
 from arael.exporting.statements import c_comment
-from arael.runtime.layout import LayoutPass, ParamUse, Step
+from arael.runtime.layout import LayoutPass, ParamUse
 from arael.runtime.system import is_frozen
 from arael.schedule import frozen_after
 from arael.solving import frozen_by
@@ -33,8 +33,7 @@ class Solver:
 
     Attributes
     ----------
-    row_names : by table, the name of its rows in C: ``edges`` of ``edges_count``
-    ref_names : by table and step, the name of the array of the rows that it leads to
+    rows : names of counts and refs
     """
 
     def __init__(self, functions: Functions, plan: Plan) -> None:
@@ -44,39 +43,14 @@ class Solver:
         self.real = functions.real
         self._passes = functions.layout.passes or (LayoutPass("solve"),)
         self._frozen = _frozen_by_pass(functions, self._passes)
-        self._names = Names(("parameters", "count"))
-        self.row_names: dict[str, str] = {}
-        for path in plan.rows:
-            if path:
-                self.row_names[path] = self._names.take(identifier(path))
-        self.ref_names: dict[tuple[str, Step], str] = {}
-        for function in functions.constraints:
-            for slot in function.group.slots:
-                self._walk(function.group.table, slot.steps)
-
-    def _walk(self, table: str, steps: Sequence[Step]) -> None:
-        """Name the arrays of the refs and parents on a way."""
-        layout = self.functions.layout
-        for step in steps:
-            if step.kind == "root":
-                table = ""
-                continue
-            name = f"{self.row_names[table]}_{identifier(step.ref or 'parent')}"
-            if (table, step) not in self.ref_names:
-                self.ref_names[table, step] = self._names.take(name)
-            if step.kind == "parent":
-                table = layout.table(table).parent
-            else:
-                target = layout.table(table).column(step.ref).target
-                assert target is not None
-                table = target.table
+        self.rows = Rows(functions, plan.rows)
 
     # -- header
 
     def header(self, head: str) -> str:
         """Text of the header."""
         rows = [
-            f"#define {self.upper}_{self.row_names[path].upper()} {count}"
+            f"#define {self.upper}_{self.rows.names[path].upper()} {count}"
             for path, count in self.plan.rows.items()
             if path
         ]
@@ -145,8 +119,8 @@ class Solver:
                 )
         for path, rows in self.plan.rows.items():
             if path:
-                lines.append(f"    int {self.row_names[path]}_count;")
-            for (table, step), name in self.ref_names.items():
+                lines.append(f"    int {self.rows.names[path]}_count;")
+            for (table, step), name in self.rows.refs.items():
                 if table == path:
                     shown = "of its owner" if step.kind == "parent" else f"that `{step.ref}` names"
                     lines.append(f"    int {name}[{rows}]; /* row {c_comment(shown)} */")
@@ -211,30 +185,10 @@ class Solver:
     def _group(self, function: ConstraintFunction) -> list[str]:
         group, upper = function.group, self.upper
         r = group.residuals
-        count = f"data->{self.row_names[group.table]}_count" if group.table else "1"
-        body = []
-        rows: dict[int, str] = {}
-        known: dict[tuple[Step, ...], str] = {(): "i"}
-        for number in sorted({one.slot for one in (*function.states, *function.data)}):
-            table, row = group.table, "i"
-            steps = group.slots[number].steps
-            for length, step in enumerate(steps, 1):
-                if step.kind == "root":
-                    table, row = "", "0"
-                    known[steps[:length]] = row
-                    continue
-                name = self.ref_names[table, step]
-                target = self._target(table, step)
-                if steps[:length] not in known:
-                    known[steps[:length]] = f"row{len(known)}"
-                    at = known[steps[:length]]
-                    limit = f"data->{self.row_names[target]}_count" if target else "1"
-                    body += [
-                        f"const int {at} = data->{name}[{row}];",
-                        f"if ({at} < 0 || {at} >= {limit}) return {upper}_BAD_REF;",
-                    ]
-                row, table = known[steps[:length]], target
-            rows[number] = row
+        count = f"data->{self.rows.names[group.table]}_count" if group.table else "1"
+        slots = sorted({one.slot for one in (*function.states, *function.data)})
+        failure = f"return {upper}_BAD_REF;"
+        body, rows = self.rows.walk(group, "data->", failure=failure, slots=slots)
         arguments = [f"x->{one.array.name}[{rows[one.slot]}]" for one in function.states]
         arguments += [f"data->{one.array.name}[{rows[one.slot]}]" for one in function.data]
         arguments.append("residual")
@@ -265,14 +219,6 @@ class Solver:
         head = f"for (int i = 0; i < {count}; i++) {{ /* {title} */"
         return [head, *(f"    {line}" for line in body), "}"]
 
-    def _target(self, table: str, step: Step) -> str:
-        layout = self.functions.layout
-        if step.kind == "parent":
-            return layout.table(table).parent
-        target = layout.table(table).column(step.ref).target
-        assert target is not None
-        return target.table
-
     def _hold_fixed(self) -> list[str]:
         p = self.prefix
         lines = [
@@ -285,7 +231,7 @@ class Solver:
             if not n:
                 continue
             name = one.stored.name
-            used = f"data->{self.row_names[one.entity.table]}_count" if one.entity.table else "1"
+            used = f"data->{self.rows.names[one.entity.table]}_count" if one.entity.table else "1"
             at = self.plan.first_row[one.number]
             masks = [masks[one.number] for masks in self._frozen]
             frozen = ""
@@ -411,7 +357,7 @@ class Solver:
     def _counts(self) -> list[tuple[str, int]]:
         """Number of rows in use of each collection, as C has it, and the most."""
         rows = self.plan.rows.items()
-        return [(f"data->{self.row_names[path]}_count", most) for path, most in rows if path]
+        return [(f"data->{self.rows.names[path]}_count", most) for path, most in rows if path]
 
     def _pass(self, one: LayoutPass, number: int) -> list[str]:
         p = self.prefix

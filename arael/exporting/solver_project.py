@@ -9,12 +9,9 @@ import numpy as np
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.exporting.project import cmake, head
+from arael.exporting.sample import model_values
 from arael.exporting.solver import Solver
 from arael.model import Model
-from arael.runtime.evaluation.states import stored_scalars
-from arael.runtime.layout import Raw, Slot
-from arael.runtime.store.access import gather
-from arael.solving import problem_of
 from arael.symbolic.c import c_literal
 
 
@@ -27,56 +24,25 @@ def solver_files(solver: Solver, text: str, model: Model | None) -> dict[str, st
         "CMakeLists.txt": cmake(p, f"{p}.c", f"{p}_solver.c"),
     }
     if model is not None:
-        files["main.c"] = _main(solver, problem_values(solver, model))
+        files["main.c"] = _main(solver, _checked(solver, model))
     return files
 
 
-def problem_values(solver: Solver, model: Model) -> dict[str, np.ndarray[Any, Any]]:
-    """Values of the members of the data struct, by their path in C.
-
-    Raises
-    ------
-    AraelError
-        E1503: a collection of the model has more rows than the solver.
-    """
-    functions, plan, store = solver.functions, solver.plan, model._store
-    values: dict[str, np.ndarray[Any, Any]] = {}
-    system = problem_of(model).structure.system
-    for path, most in plan.rows.items():
-        if path and store.tables[path].size > most:
+def _checked(solver: Solver, model: Model) -> dict[str, np.ndarray[Any, Any]]:
+    """Values of the data struct's members; E1503 if there are more rows than the solver has."""
+    for path, most in solver.plan.rows.items():
+        found = model._store.tables[path].size
+        if path and found > most:
             raise AraelError(
                 Diagnostic(
                     "E1503",
-                    f"`{path}` has {store.tables[path].size} rows, and the solver at most {most}",
-                    help=(f"write --size {path}={store.tables[path].size}",),
+                    f"`{path}` has {found} rows, and the solver at most {most}",
+                    help=(f"write --size {path}={found}",),
                 )
             )
-    for one in functions.used:
-        name = one.stored.name
-        values[f"parameters.{name}"] = stored_scalars(store, one.entity, np.dtype(np.float64))
-        values[f"{name}_fixed"] = (~system.blocks[one.number].free).astype(int)
-    for path in plan.rows:
-        table = store.tables[path]
-        rows = np.arange(table.size)
-        if path:
-            values[f"{solver.row_names[path]}_count"] = np.array(table.size)
-        for (owner, step), name in solver.ref_names.items():
-            if owner == path:
-                found = (
-                    table.parent_rows() if step.kind == "parent" else table.target_rows(step.ref)
-                )
-                values[name] = np.asarray(found).astype(int)
-        array = functions.arrays.data.get(path)
-        if array is None:
-            continue
-        slots = (Slot((), path),)
-        columns = []
-        for part in array.parts:
-            for k in range(part.count):
-                column = gather(store, slots, [rows], Raw(0, part.name, k))
-                columns.append(np.broadcast_to(column, table.size))
-        values[array.name] = np.stack(columns, axis=1)
-    return values
+    values = model_values(solver.functions, solver.rows, model)
+    stored = {one.stored.name for one in solver.functions.used}
+    return {f"parameters.{n}" if n in stored else n: v for n, v in values.items()}
 
 
 def _main(solver: Solver, values: dict[str, np.ndarray[Any, Any]]) -> str:
@@ -107,7 +73,7 @@ def _main(solver: Solver, values: dict[str, np.ndarray[Any, Any]]) -> str:
     for one in solver.functions.used:
         name, size = one.stored.name, solver.functions.macro(one.stored)
         path = one.entity.table
-        rows = f"data.{solver.row_names[path]}_count" if path else "1"
+        rows = f"data.{solver.rows.names[path]}_count" if path else "1"
         lines += [
             f"    for (int row = 0; row < {rows}; row++) {{",
             f'        printf("{name} %d", row);',

@@ -46,9 +46,9 @@ root Calibration {
 """
 
 
-def calibration(folder: Path) -> tuple[Path, Model]:
+def calibration(folder: Path, text: str = CALIBRATION) -> tuple[Path, Model]:
     path = folder / "calibration.arael"
-    path.write_text(CALIBRATION)
+    path.write_text(text)
     model = arael.load(path, interpret=True)()
     rng = np.random.default_rng(4)
     sensors = [model.sensors.append(offset=0.0, gain=1.0) for _ in range(3)]
