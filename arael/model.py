@@ -441,25 +441,28 @@ class Model(Displayed, Fields):
 
         return jacobian(self._problem())
 
-    def covariance(self, scale: str = "known") -> Covariance:
+    def covariance(self, scale: str = "known", gauge: str = "fixed") -> Covariance:
         """Covariance of the solution: marginal, cross, conditional, relative.
 
         Parameters
         ----------
         scale : ``"known"`` if residuals are whitened by known standard deviations; ``"residual"``
             multiplies by the reduced chi-square, where these are not known
+        gauge : ``"fixed"``: the data, or fixed parameters, determine the place of the map.
+            ``"free"``: inner constraints, whose covariance has the least trace;
+            `Covariance.in_datum` transforms it to another datum
 
         Raises
         ------
         SolveError
-            E1008: the system is singular; the free directions are named.
+            E1008: directions are free, with the gauge fixed; they are named.
         AraelError
             E1035: an unknown scale, or no more residuals than parameters.
         """
         # imported here: start-up time
         from arael.analysis.covariance import covariance
 
-        return covariance(self._problem(), scale)
+        return covariance(self._problem(), scale, gauge)
 
     def report(self, scale: str = "known") -> Report:
         """Report on the current values: standard errors, correlations, chi-square, suspicions.
@@ -497,12 +500,17 @@ class Model(Displayed, Fields):
         return profile(self, name, level, scale)
 
     def free_directions(self) -> FreeDirections:
-        """Directions that change no residual, in words; empty if there are none."""
+        """Directions that do not change the cost, in words; empty if there are none.
+
+        Most of them change no residual. Where residuals are vectors that turn with the map, only
+        the cost stays (`FreeDirection.residuals_change`). In a small problem at a minimum, the
+        second derivatives of the cost are asked too.
+        """
         # imported here: start-up time
         from arael.analysis.freedom import FreeDirections
         from arael.analysis.normal import NormalEquations
 
-        return FreeDirections(NormalEquations(self._problem()))
+        return FreeDirections(NormalEquations(self._problem()), second_order=True)
 
     def check_gradients(self) -> list[GradientCheck]:
         """Compare derivatives with central differences at the current values, by constraint."""

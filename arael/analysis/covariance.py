@@ -9,6 +9,7 @@ Estimation Theory" (1993), ch. 3 (the Cramer-Rao bound), for its interpretation.
 from __future__ import annotations
 
 import re
+from copy import copy
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.analysis.cost_table import cost_table
-from arael.analysis.freedom import refuse_free_directions
+from arael.analysis.datum import Datum, bases_of, scalars_to_hold
+from arael.analysis.freedom import FreeDirection, FreeDirections, refuse_free_directions
 from arael.analysis.normal import NormalEquations
 from arael.analysis.scalars import scalar_names_within, tangent_units
 from arael.diagnostics.arguments import wrong_argument
@@ -25,6 +27,7 @@ from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
 from arael.geometry import ellipsoid
 from arael.runtime.linear.selected import SelectedInverse
+from arael.runtime.linear.sparse import SparseSolver
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
@@ -35,6 +38,7 @@ Ints = NDArray[np.int64]
 Where = Any
 
 SCALES = ("known", "residual")
+GAUGES = ("fixed", "free")
 
 MOST_SHOWN = 50
 """Most scalars whose standard errors a notebook shows."""
@@ -65,10 +69,14 @@ class Covariance(Displayed):
         are not, or only ratios of these are known: all covariances are multiplied by the reduced
         chi-square ``cost / (residuals - parameters)``, the estimated variance of a residual
         (G. Seber and C. Wild, "Nonlinear regression", 1989, section 2.1.2).
+    gauge : ``"fixed"``: free directions are an error. ``"free"``: the covariance under inner
+        constraints, of the least trace of all that differ by free directions
+        (`arael.analysis.datum`); `in_datum` transforms it to another datum
 
     Attributes
     ----------
     factor : by which ``(J'J)^-1`` is multiplied
+    free_directions : directions in which the covariance is that of a datum; none if it is fixed
     names : (n,) names of the scalars
     units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" without one; of a
         transform the translation has the declared unit, the rotation is in radians
@@ -83,18 +91,63 @@ class Covariance(Displayed):
         E1035: an unknown scale, or no degrees of freedom to estimate it from.
     """
 
-    def __init__(self, problem: Problem, scale: str = "known") -> None:
+    def __init__(self, problem: Problem, scale: str = "known", gauge: str = "fixed") -> None:
         check_scale(scale)
-        self._equations = NormalEquations(problem, hold_bounds=True)
+        if not isinstance(gauge, str) or gauge not in GAUGES:
+            raise wrong_argument("covariance", "gauge", '"fixed" or "free"', gauge)
+        equations = NormalEquations(problem, hold_bounds=True)
+        self._equations = equations
         self._problem = problem
-        self.on_bound = self._equations.on_bound
-        self.names = self._equations.names
+        self.on_bound = equations.on_bound
+        self.names = equations.names
         self._number = {name: i for i, name in enumerate(self.names)}
         self._columns: dict[int, Floats] = {}
+        self._datum: Datum | None = None
+        # Of the sparse system; those that it holds have the variance 0 in it.
+        self._moves = np.zeros(problem.size)
+        self._moves[equations.free] = 1
+        self.free_directions: list[FreeDirection] = []
         # Factorised here, so that a singular system is reported at once.
-        refuse_free_directions(self._equations)
-        self._solver = self._equations.solver
-        self.factor = 1.0 if scale == "known" else _variance(problem, len(self.names))
+        if gauge == "free":
+            self._solver = self._take_datum(FreeDirections(equations))
+        else:
+            refuse_free_directions(equations)
+            self._solver = equations.solver
+        count = len(self.names) - len(self.free_directions)
+        self.factor = 1.0 if scale == "known" else _variance(problem, count)
+
+    def _take_datum(self, directions: FreeDirections) -> SparseSolver:
+        equations = self._equations
+        if not directions:
+            return equations.solver
+        self.free_directions = list(directions)
+        null, others = bases_of(directions)
+        held = equations.free[scalars_to_hold(null, equations.scale[equations.free])]
+        self._moves[held] = 0
+        self._solver = equations.factorised(held)
+        self._datum = Datum.inner(self._base, null, others)
+        return self._solver
+
+    def in_datum(self, where: Where) -> Covariance:
+        """The covariance in the datum of some parameters, of one of ``gauge="free"``.
+
+        Exactly as many scalars as there are free directions become exact: those are the fixed
+        coordinates of the datum, and their variance is 0. More of them have inner constraints:
+        their least trace, as for some control points of a network.
+
+        Raises
+        ------
+        AraelError
+            E1009: they do not determine the free directions, or nothing is free.
+        """
+        chosen = self._scalars(where)
+        datum = None if self._datum is None else self._datum.transformed(self._base, chosen)
+        if datum is None:
+            raise AraelError(_no_datum(where, chosen, self.free_directions))
+        found = copy(self)
+        found._datum, found._columns = datum, {}
+        found.__dict__.pop("matrix", None)
+        return found
 
     @cached_property
     def units(self) -> list[str]:
@@ -117,9 +170,11 @@ class Covariance(Displayed):
 
     def sigma(self) -> Floats:
         """(n,) standard deviation of each scalar, in its unit; all in one sweep."""
-        scale = self._equations.scale
-        variance = self._selected.diagonal() * scale**2 * self.factor
-        found: Floats = np.sqrt(variance[self._equations.free])
+        whole = self._selected.diagonal() * self._equations.scale**2 * self._moves
+        variance = whole[self._equations.free]
+        if self._datum is not None:
+            variance = variance + (self._datum.left * self._datum.right).sum(axis=1)
+        found: Floats = np.sqrt(np.maximum(variance, 0) * self.factor)
         return found
 
     def marginal(self, where: Where) -> Floats:
@@ -142,10 +197,18 @@ class Covariance(Displayed):
         rows = np.flatnonzero(first >= 0)
         blocks = self._selected.diagonal_blocks(first[rows], entity.tangent)
         units = scale[first[rows, None] + np.arange(entity.tangent)]
-        free = np.zeros(self._problem.size, dtype=bool)
-        free[self._equations.free] = True
-        moves = free[first[rows, None] + np.arange(entity.tangent)]
+        scalars = first[rows, None] + np.arange(entity.tangent)
+        moves = self._moves[scalars]
         blocks *= (units * moves)[:, :, None] * (units * moves)[:, None, :]
+        if self._datum is not None:
+            number = np.full(self._problem.size, -1)
+            number[self._equations.free] = np.arange(len(self.names))
+            at = number[scalars]
+            left, right = (
+                np.where(at[:, :, None] >= 0, one[at], 0.0)
+                for one in (self._datum.left, self._datum.right)
+            )
+            blocks += left @ np.swapaxes(right, 1, 2)
         found[rows] = blocks[:, tangents[:, None], tangents] * self.factor
         return found
 
@@ -244,8 +307,20 @@ class Covariance(Displayed):
 
     # --- entries -------------------------------------------------------------------------------
 
+    def _base(self, right: Floats) -> Floats:
+        """(n, k) product with the covariance of the sparse system, whose held scalars are exact."""
+        equations = self._equations
+        unit = (equations.scale * self._moves)[:, None]
+        whole = np.zeros((self._problem.size, right.shape[1]))
+        whole[equations.free] = right
+        found: Floats = (np.asarray(self._solver.solved(whole * unit)) * unit)[equations.free]
+        return found
+
     def _solve(self, right: Floats) -> Floats:
-        return self._equations.solve(right) * self.factor
+        found = self._base(right)
+        if self._datum is not None:
+            found = found + self._datum.left @ (self._datum.right.T @ right)
+        return found * self.factor
 
     def _block(self, a: Ints, b: Ints) -> Floats:
         if "matrix" in self.__dict__:
@@ -388,9 +463,27 @@ def _no_place(where: object) -> AraelError:
     return wrong_argument("covariance", "where", expected, where, "write `model.poses[3]`")
 
 
-def covariance(problem: Problem, scale: str = "known") -> Covariance:
+def _no_datum(where: Where, chosen: Ints, directions: list[FreeDirection]) -> Diagnostic:
+    if not directions:
+        return Diagnostic(
+            "E1009",
+            "this covariance has no free directions, so it does not depend on a datum",
+            origin="covariance",
+            help=('take `covariance(gauge="free")` of a model without fixed coordinates',),
+        )
+    return Diagnostic(
+        "E1009",
+        f"{_shown(where)} ({len(chosen)} scalars) determine{'s' * (not isinstance(where, list))} "
+        f"not all of the {len(directions)} free directions",
+        origin="covariance",
+        notes=tuple(f"free direction: {one.words}" for one in directions),
+        help=("name parameters that all of them move",),
+    )
+
+
+def covariance(problem: Problem, scale: str = "known", gauge: str = "fixed") -> Covariance:
     """Covariance of all free scalars; see `Covariance`."""
-    return Covariance(problem, scale)
+    return Covariance(problem, scale, gauge)
 
 
 def check_scale(scale: str) -> None:

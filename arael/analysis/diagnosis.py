@@ -243,7 +243,7 @@ def _linearised(
         )
     equations = NormalEquations(problem)
     values, basis = equations.smallest()
-    free = FreeDirections(equations, basis)
+    free = FreeDirections(equations, basis, second_order=True)
     held = free.rank > 0 and len(values) > basis.shape[1]
     low = float(values[basis.shape[1]]) if held else float("nan")
     if len(free) > len(loose):
@@ -298,4 +298,6 @@ def _linearised(
 def _decrement(equations: NormalEquations, gradient: Floats) -> float:
     """Predicted decrease ``g' H^-1 g`` of a full step, of the scalars that move."""
     half = 0.5 * gradient
-    return float(half @ equations.solve(half[:, None])[:, 0])
+    scaled = np.zeros(equations.problem.size)
+    scaled[equations.free] = half * equations.scale[equations.free]
+    return float(scaled @ equations.solver.solved(scaled))

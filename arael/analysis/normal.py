@@ -23,6 +23,8 @@ Ints = NDArray[np.int64]
 _DENSE = 400
 """Up to this many scalars all eigenvalues are computed; beyond, only the smallest."""
 _ROUNDS = 8
+_DAMPING = 1e-9
+"""What is added to the scaled diagonal for a step where directions are free."""
 
 
 class NormalEquations:
@@ -133,15 +135,29 @@ class NormalEquations:
 
     @cached_property
     def solver(self) -> SparseSolver:
-        """The scaled matrix over the whole system, factorised.
+        """The scaled matrix over the whole system, factorised; see `factorised`."""
+        return self.factorised(np.zeros(0, dtype=np.int64))
+
+    def factorised(self, held: Ints) -> SparseSolver:
+        """The scaled matrix with the rows and columns of some more scalars those of the identity.
+
+        Parameters
+        ----------
+        held : numbers of scalars in the system
 
         Raises
         ------
         SolveError
             E1008: it is singular to rounding.
         """
+        values = self._values
+        if len(held):
+            rests = np.zeros(self.problem.size, dtype=bool)
+            rests[held] = True
+            apart = (rests[self._row] | rests[self._column]) & (self._row != self._column)
+            values = np.where(apart, 0.0, values)
         solver = SparseSolver(self.problem.structure.pattern)
-        failed = solver.factorise(self._values, self._unit)
+        failed = solver.factorise(values, self._unit)
         if failed:
             raise SolveError(
                 Diagnostic(
@@ -153,6 +169,18 @@ class NormalEquations:
                 )
             )
         return solver
+
+    def newton_step(self) -> Floats:
+        """(size,) Gauss-Newton step of what is free, hardly damped."""
+        solver = SparseSolver(self.problem.structure.pattern)
+        damping = _DAMPING
+        while solver.factorise(self._values, self._unit + damping):
+            damping *= 10
+        whole = np.zeros(self.problem.size)
+        half = np.asarray(self.problem.evaluation.linearised()[1], dtype=np.float64)
+        whole[self.free] = -half[self.free] * self.scale[self.free]
+        found: Floats = np.asarray(solver.solved(whole)) * self.scale
+        return found
 
     def smallest(self) -> tuple[Floats, Floats]:
         """The smallest eigenvalues of the scaled matrix, and the free directions.
@@ -206,14 +234,6 @@ class NormalEquations:
         for _ in range(20):
             vector = self.matrix @ (vector / np.linalg.norm(vector))
         return float(np.linalg.norm(vector))
-
-    def solve(self, right: Floats) -> Floats:
-        """(n, k) solution of J'J x = right, in the units of the parameters."""
-        whole = np.zeros((self.problem.size, right.shape[1]))
-        whole[self.free] = right
-        solved = self.solver.solved(whole * self.scale[:, None]) * self.scale[:, None]
-        found: Floats = solved[self.free]
-        return found
 
 
 def _hessian_values(problem: Problem, row: Ints, column: Ints) -> Floats:

@@ -33,7 +33,7 @@ def chart_derivative(kind: str, stored: Array, delta: Array) -> Array:
     delta : (n, k) tangent vectors; angles in radians
     """
     if kind == "rotation":
-        return _euler_rates(delta)
+        return euler_rates(delta)
     if kind == "quaternion":
         return right_jacobian(delta)
     if kind == "direction":
@@ -86,7 +86,7 @@ def _coefficients(phi: Array) -> tuple[Array, Array, Array, Array]:
     return found[0], found[1], found[2], found[3]
 
 
-def _euler_rates(rpy: Array) -> Array:
+def euler_rates(rpy: Array) -> Array:
     """Angular velocity in the body frame per rate of roll, pitch, yaw, by columns."""
     (sr, sp), (cr, cp) = np.sin(rpy[:, :2]).T, np.cos(rpy[:, :2]).T
     one, zero = np.ones_like(sr), np.zeros_like(sr)
