@@ -356,8 +356,9 @@ def _reach(columns: list[_Column], stored: list[NDArray[Any]], diagonal: Floats)
         scalars = _scalars(column)
         rows = np.flatnonzero(column.first >= 0)
         free = column.free[rows]
-        partly = free.any(axis=1) & ~free.all(axis=1)
-        if 2 * np.count_nonzero(partly) < np.count_nonzero(free.any(axis=1)):
+        some = np.asarray(free.any(axis=1), dtype=np.bool_)
+        partly = some & ~np.asarray(free.all(axis=1), dtype=np.bool_)
+        if 2 * np.count_nonzero(partly) < np.count_nonzero(some):
             # A datum: a turn about the line through a point and a coordinate holds it here only.
             free = free & ~partly[:, None]
         at = scalars[rows][free]
