@@ -63,6 +63,7 @@ PROGRAMS = {
     "node": "apt install nodejs",
     "npm": "apt install npm",
     "cmake": "apt install cmake g++",
+    "clang": "apt install clang lld wasi-libc libclang-rt-14-dev-wasm32",
 }
 """Programs that some tests call, and how to install them."""
 

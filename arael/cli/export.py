@@ -74,6 +74,9 @@ def command(
 
     ceres: on these functions, cost functions and manifolds of Ceres and a function that builds a
     problem; main.cpp solves that of DATA.
+
+    wasm: a solver of fixed size, for the rows of DATA or of --size, as a WebAssembly module, with a
+    loader for JavaScript, types for TypeScript, and a page that solves the problem of DATA.
     """
     instance: Any = None
     if data:
@@ -94,6 +97,8 @@ def command(
         return
     for path in paths:
         click.echo(f"wrote {path}")
-    if data or output is None:
-        click.echo(f"build it: cmake -S {Path(folder)} -B {Path(folder, 'build')} && ", nl=False)
-        click.echo(f"cmake --build {Path(folder, 'build')}")
+    if target == "wasm":
+        click.echo(f"serve it: python3 -m http.server --bind 127.0.0.1 --directory {folder}")
+        return
+    build = Path(folder, "build")
+    click.echo(f"build it: cmake -S {folder} -B {build} && cmake --build {build}")

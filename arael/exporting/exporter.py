@@ -20,13 +20,14 @@ from arael.exporting.project import SHOWN, files_of
 from arael.exporting.rows import Rows
 from arael.exporting.sample import model_values, samples_of
 from arael.exporting.solver import Solver
-from arael.exporting.solver_project import solver_files
+from arael.exporting.solver_project import checked_values, solver_files
+from arael.exporting.wasm import wasm_files
 from arael.io.files import shown, write_whole
 from arael.loading import find_model
 from arael.model import Model
 from arael.syntax.files import read_source
 
-TARGETS = ("c", "ceres")
+TARGETS = ("c", "ceres", "wasm")
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,12 @@ class Export:
     Attributes
     ----------
     target : what it was exported to
-    files : text of each file by its name
+    files : text of each file by its name; of a module of WebAssembly its bytes
     functions : what the C functions are called and read
     """
 
     target: str
-    files: Mapping[str, str]
+    files: Mapping[str, str | bytes]
     functions: Functions
 
     def write(self, folder: str | os.PathLike[str]) -> list[Path]:
@@ -61,7 +62,8 @@ class Export:
             ) from None
         paths = [Path(folder, name) for name in self.files]
         for path, text in zip(paths, self.files.values(), strict=True):
-            write_whole(path, partial(_put, text.encode()))
+            content = text if isinstance(text, bytes) else text.encode()
+            write_whole(path, partial(_put, content))
         return paths
 
     def __repr__(self) -> str:
@@ -70,7 +72,7 @@ class Export:
 
 def export(
     model: str | os.PathLike[str],
-    to: Literal["c", "ceres"] = "c",
+    to: Literal["c", "ceres", "wasm"] = "c",
     *,
     data: Model | None = None,
     constraint: str | Sequence[str] | None = None,
@@ -85,7 +87,8 @@ def export(
     model : name of a standard model (``"slam"``) or path of a ``.arael`` file
     to : ``"c"``: for each constraint a C99 function of plain arrays for residuals and derivatives,
         for each entity its retraction and local coordinates; ``"ceres"``: on these functions cost
-        functions and manifolds of Ceres, and a function that builds a problem
+        functions and manifolds of Ceres, and a function that builds a problem; ``"wasm"``: a solver
+        of fixed size as a WebAssembly module, with a loader, types and a page
     data : instance of the model; `main.c` evaluates the first rows of its data
     constraint : only these, as ``"Edge.between"``
     precision : instead of what the root declares
@@ -97,7 +100,8 @@ def export(
     ------
     AraelError
         The model is wrong; E1501: a constraint sums over a list of any length; E1502: there is no
-        such constraint, or `data` is of another model; E1503: a solver of that size cannot be made.
+        such constraint, or `data` is of another model; E1503: a solver of that size cannot be made;
+        E1504: what Ceres does not have; E1505: no compiler of WebAssembly.
 
     Examples
     --------
@@ -138,6 +142,16 @@ def export(
                 Diagnostic("E1503", "a size is of the solver in C, and Ceres has its own solver")
             )
         return Export(to, ceres_files(functions, files, text, data), functions)
+    if to == "wasm" and size is None:
+        if data is None:
+            raise AraelError(
+                Diagnostic(
+                    "E1503",
+                    "a WebAssembly module is a solver of fixed size, and there is none",
+                    help=("write --size poses=10,edges=20 or give a data file",),
+                )
+            )
+        size = "data"
     if size is not None:
         if size == "data" and data is None:
             raise AraelError(
@@ -146,7 +160,11 @@ def export(
         if size != "data" and not isinstance(size, Mapping):
             raise wrong_argument("export", "size", 'a dict of numbers of rows, or "data"', size)
         plan = plan_of(functions, {} if size == "data" else size, data)
-        files.update(solver_files(Solver(functions, plan), text, data))
+        solver = Solver(functions, plan)
+        files.update(solver_files(solver, text, data))
+        if to == "wasm":
+            values = checked_values(solver, data) if data is not None else {}
+            return Export(to, wasm_files(solver, files, values), functions)
     return Export(to, files, functions)
 
 

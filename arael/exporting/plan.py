@@ -15,9 +15,9 @@ from arael.model import Model
 from arael.runtime.linear.planning import minimum_degree
 from arael.solving import problem_of
 
-# Beyond this, index tables take more memory than a microcontroller has, and a plan that is made
-# when the program runs is the better choice.
-MAX_SCALARS = 3000
+# Index tables of so many scalars have some megabytes; beyond, a plan that is made when the program
+# runs is the better choice.
+MAX_SCALARS = 20_000
 
 
 @dataclass(frozen=True)

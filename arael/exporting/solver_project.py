@@ -24,11 +24,11 @@ def solver_files(solver: Solver, text: str, model: Model | None) -> dict[str, st
         "CMakeLists.txt": cmake(p, f"{p}.c", f"{p}_solver.c"),
     }
     if model is not None:
-        files["main.c"] = _main(solver, _checked(solver, model))
+        files["main.c"] = _main(solver, checked_values(solver, model))
     return files
 
 
-def _checked(solver: Solver, model: Model) -> dict[str, np.ndarray[Any, Any]]:
+def checked_values(solver: Solver, model: Model) -> dict[str, np.ndarray[Any, Any]]:
     """Values of the data struct's members; E1503 if there are more rows than the solver has."""
     for path, most in solver.plan.rows.items():
         found = model._store.tables[path].size
@@ -57,7 +57,7 @@ def _main(solver: Solver, values: dict[str, np.ndarray[Any, Any]]) -> str:
     ]
     for name, value in values.items():
         if value.size:
-            lines += _member(name, value, solver.real)
+            lines += initialiser(name, value, solver.real)
     lines += [
         "};",
         f"static {p}_state state;",
@@ -85,7 +85,8 @@ def _main(solver: Solver, values: dict[str, np.ndarray[Any, Any]]) -> str:
     return "\n".join([*lines, f"    return result.status != {upper}_CONVERGED;", "}"]) + "\n"
 
 
-def _member(name: str, value: np.ndarray[Any, Any], real: str) -> Sequence[str]:
+def initialiser(name: str, value: np.ndarray[Any, Any], real: str) -> Sequence[str]:
+    """Lines of the designated initialiser of one member."""
     text = str if value.dtype.kind == "i" else (lambda v: c_literal(v, real))
     if value.ndim == 0:
         return [f"    .{name} = {text(value.item())},"]

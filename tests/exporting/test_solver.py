@@ -312,7 +312,7 @@ def test_what_goes_wrong_has_a_status(tmp_path: Path) -> None:
         ({"pose": 3}, "did you mean `poses`?"),
         ({"poses": 0}, "`poses` has 0 rows, expected at least 1"),
         ({"poses": 3}, "the size of `edges` is missing"),
-        ({"poses": 2000, "edges": 3, "anchors": 1}, "6000 scalars, more than 3000"),
+        ({"poses": 7000, "edges": 3, "anchors": 1}, "21000 scalars, more than 20000"),
         ("data", "there is no data"),
     ],
 )
