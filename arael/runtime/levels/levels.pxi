@@ -437,8 +437,9 @@ cdef class Levels(LowerLevels):
             **{name: np.zeros(size) for name, size in {
                 "r2": soft.m, "e2": len(indices), "left": soft.m, "image": soft.m, "w": n,
                 "search": n, "gradient": n, "moved": n, "further": n, "toward": n, "before": n,
-                "signs": guards,
+                "way": n, "signs": guards,
             }.items()},
+            "firm": np.zeros(n, np.uint8),
         }  # fmt: skip
         keep = self._soft_keep
         self.live = <int32_t*>writable(keep["live"], np.int32)
@@ -455,6 +456,8 @@ cdef class Levels(LowerLevels):
         self.further = <double*>writable(keep["further"], np.float64)
         self.toward = <double*>writable(keep["toward"], np.float64)
         self.before = <double*>writable(keep["before"], np.float64)
+        self.way = <double*>writable(keep["way"], np.float64)
+        self.firm = <uint8_t*>writable(keep["firm"], np.uint8)
         self.sign = <double*>writable(keep["signs"], np.float64)
         self._soft_key = self._key, soft.m, indices.copy(), soft
 

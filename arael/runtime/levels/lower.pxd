@@ -1,6 +1,6 @@
 # Levels below the exact rows: soft rows, and closeness to a state.
 
-from libc.stdint cimport int32_t
+from libc.stdint cimport int32_t, uint8_t
 
 
 cdef class LowerLevels(Newton):
@@ -19,7 +19,9 @@ cdef class LowerLevels(Newton):
     cdef double* moved              # [n] trial point of lower levels
     cdef double* further            # [n]
     cdef double* toward             # [n] projected way home
-    cdef double* before             # [n]
+    cdef double* before             # [n] slope of the soft rows
+    cdef double* way                # [n] steepest descent that rows and bounds allow
+    cdef uint8_t* firm              # [n] bounds that have a multiplier in the soft level
     cdef double* sign               # [guards] at the start of a lower level
     cdef double soft_tolerance
     cdef bint placed                # the soft level ended with the factors of its x
@@ -36,7 +38,15 @@ cdef class LowerLevels(Newton):
         self, double* to, const double* x, const double* v, double along
     ) noexcept nogil
     cdef bint _hold_along(self, const double* x, const double* v) noexcept nogil
-    cdef bint _release_from(self, const double* pull, double whole) noexcept nogil
+    cdef bint _at_low(self, const double* x, Py_ssize_t i) noexcept nogil
+    cdef bint _at_high(self, const double* x, Py_ssize_t i) noexcept nogil
+    cdef double _allowed(self, const double* x, const double* wish, bint soft) noexcept nogil
+    cdef bint _is_held(self) noexcept nogil
+    cdef bint _factor_again(self) noexcept nogil
+    cdef void _keep_free(self, double* v, bint soft) noexcept nogil
+    cdef double _cone(self, const double* x, const double* wish, bint soft) except -1.0
+    cdef double _slope_left(self, const double* x) noexcept nogil
+    cdef double _soft_cone(self, const double* x) noexcept nogil
     cdef bint _soft_level(self, double* x, int limit, bint timed) noexcept nogil
     cdef bint _home_level(self, double* x, const double* home, int limit) noexcept nogil
 
