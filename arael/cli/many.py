@@ -56,6 +56,7 @@ def solve_many(
 ) -> int:
     """Solve each data file on a cluster; write results and the table of outcomes."""
     # imported here: start-up time, and the extra may be absent
+    from arael.display.progress import place_for
     from arael.distributed.cluster import connect, dashboard, require_dask
     from arael.distributed.many import files_of, solve_files
     from arael.distributed.table import write_table
@@ -72,39 +73,20 @@ def solve_many(
     how = Settings(**settings, time_limit=given["time_limit"])
     tls = {name: given[name] for name in ("tls_ca", "tls_cert", "tls_key")}
     try:
-        with connect(given["workers"], given["scheduler"], **tls) as client, _bar(as_json) as bar:
+        with connect(given["workers"], given["scheduler"], **tls) as client:
             link = dashboard(client)
             if link and not as_json:
                 click.echo(f"dashboard: {link}", err=True)
-            running = bar.add_task("solved", total=len(paths))
-            for future in solve_files(
-                kind, paths, how, client, None, output, given["resume"], given["group"] or 1
-            ):
+            show = place_for(not as_json)
+            resume, group = given["resume"], given["group"] or 1
+            for future in solve_files(kind, paths, how, client, None, output, resume, group, show):
                 rows.append(future.result())
-                bar.advance(running)
     except KeyboardInterrupt:
         interrupted = True
     table = write_table(rows, Path(output)) if output is not None else None
     _print(rows, len(paths), table, interrupted, as_json)
     solved = len(rows) == len(paths) and all(row.converged for row in rows)
     return Exit.OK if solved else Exit.NOT_CONVERGED
-
-
-def _bar(as_json: bool) -> Any:
-    # imported here: start-up time
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        console=console,
-        disable=as_json or not console.is_terminal,
-        transient=True,
-    )
 
 
 def _print(rows: list[Any], count: int, table: Path | None, stopped: bool, as_json: bool) -> None:

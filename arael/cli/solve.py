@@ -30,7 +30,6 @@ from arael.cli.options import (
     threads_option,
 )
 from arael.cli.partition import Partition, check_partition, partition_options, solve_columns
-from arael.cli.progress import Progress, progress_wanted
 from arael.cli.solution import check_shown, solution_of
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.io import formats
@@ -280,18 +279,14 @@ def run(
     as_json: bool,
 ) -> Any:
     """Solve `instance`, with a progress line on a terminal."""
-    progress = Progress() if progress_wanted(verbose, as_json) else None
-    options: dict[str, Any] = {"verbose": verbose, "num_threads": threads, "observer": progress}
+    progress = not verbose and not as_json
+    options: dict[str, Any] = {"verbose": verbose, "num_threads": threads, "progress": progress}
     if max_iters is not None:
         options["max_iters"] = max_iters
     if strategy is not None:
         options["strategy"] = strategy
-    try:
-        # Single settings override those of the model's passes.
-        return instance.solve(solver=solver, passes=list(passes) or None, **options)
-    finally:
-        if progress is not None:
-            progress.clear()
+    # Single settings override those of the model's passes.
+    return instance.solve(solver=solver, passes=list(passes) or None, **options)
 
 
 def require_writable(path: str | None) -> None:

@@ -1,4 +1,4 @@
-"""The progress of a solve that takes over a second."""
+"""One line that is kept up to date: of a solve, of a compilation, of many problems."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from typing import Any
 DELAY = 1.0
 """Seconds before anything is shown."""
 INTERVAL = 0.2
-_NOTHING: AbstractContextManager[None] = nullcontext()
 """Seconds between two updates."""
+_NOTHING: AbstractContextManager[None] = nullcontext()
 
 
-class Progress:
-    """An observer of a solve that keeps one line up to date; `clear` removes the line.
+class Line:
+    """A line of text that changes with time.
 
     Parameters
     ----------
@@ -32,18 +32,36 @@ class Progress:
         self._interval = interval
         self._began = time.monotonic()
         self._next = self._began + delay
-        self._attempts = 0
         self._shown = False
 
-    def __call__(self, record: Any) -> None:
-        """Record one attempted step."""
-        self._attempts += 1
+    def update(self, text: Callable[[float], str]) -> None:
+        """Show the text of the seconds that have passed, if it is time for a new one."""
         now = time.monotonic()
         if now >= self._next:
             self._next = now + self._interval
             self._shown = True
-            cost = float(record["cost"])
-            self._show(f"attempt {self._attempts}, cost {cost:.6g}, {now - self._began:.1f} s")
+            self._show(text(now - self._began))
+
+    def clear(self) -> None:
+        """Remove the line."""
+        if self._shown:
+            self._shown = False
+            self._show("")
+
+
+class Progress(Line):
+    """An observer of a solve that shows the number of attempts and the cost."""
+
+    _attempts = 0
+
+    def __call__(self, record: Any) -> None:
+        """Record one attempted step."""
+        self._attempts += 1
+        self.update(
+            lambda seconds: (
+                f"attempt {self._attempts}, cost {float(record['cost']):.6g}, {seconds:.1f} s"
+            )
+        )
 
     def with_(self, observer: Callable[[Any], Any] | None) -> Callable[[Any], Any]:
         """An observer that records the attempt and asks another, if there is one."""
@@ -56,17 +74,35 @@ class Progress:
 
         return both
 
-    def clear(self) -> None:
-        """Remove the line."""
-        if self._shown:
-            self._shown = False
-            self._show("")
 
+class OnTerminal:
+    """Shows text in place of the last line of a terminal on stderr."""
 
-def on_terminal(text: str) -> None:
-    """Show text in place of the last line of a terminal on stderr."""
-    sys.stderr.write(f"\r\x1b[K{text}")
-    sys.stderr.flush()
+    def __init__(self) -> None:
+        self._line: Any = None
+
+    def __call__(self, text: str) -> None:
+        """Show `text`; "" removes what was shown."""
+        if not text:
+            if self._line is not None:
+                self._line.stop()
+                self._line = None
+            return
+        if self._line is None:
+            # imported here: start-up time
+            from rich.console import Console
+            from rich.progress import Progress as RichProgress
+            from rich.progress import TextColumn
+
+            self._line = RichProgress(
+                TextColumn("{task.description}", markup=False),
+                console=Console(stderr=True),
+                transient=True,
+                auto_refresh=False,  # no thread of its own beside those of the solve
+            )
+            self._line.start()
+            self._line.add_task("")
+        self._line.update(0, description=text, refresh=True)
 
 
 class InNotebook:
@@ -126,7 +162,7 @@ def place_for(wanted: bool | None) -> Callable[[str], object] | None:
     elif not wanted and "ps1" not in sys.__dict__:  # of an interactive prompt
         return None
     terminal = sys.stderr is not None and sys.stderr.isatty()
-    return on_terminal if terminal else None
+    return OnTerminal() if terminal else None
 
 
 def _is_notebook() -> bool:

@@ -8,8 +8,8 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.components import graph_components
 from arael.starts.arithmetic import marginal_of
-from arael.starts.connected import components
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -109,7 +109,7 @@ class PoseGraph:
     @cached_property
     def component(self) -> Ints:
         """(n,) connected component of each pose, named by its first pose."""
-        return components(len(self.poses), self.a, self.b)
+        return graph_components(len(self.poses), self.a, self.b)
 
     @property
     def dimension(self) -> int:

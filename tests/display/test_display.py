@@ -275,3 +275,18 @@ def test_reports_covariances_and_fits_are_tables() -> None:
     page = fit._repr_html_()
     assert "Fit of a*x+b: 4 points" in page.replace(" * ", "*").replace(" + ", "+")
     assert [row[0] for row in Cells(page).rows[1:]] == ["a", "b"]
+
+
+def test_a_line_on_a_terminal_is_replaced_and_removed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    show = progress.OnTerminal()
+    show("attempt [1]")
+    show("attempt [2]")
+    show("")
+    show("")
+    written = capsys.readouterr().err
+    assert "attempt [1]" in written and "attempt [2]" in written
+    assert written.rstrip().endswith("\x1b[2K")  # the line is erased

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from arael.distributed.parts.shares import Share
 from arael.runtime.assembly.compiled import runs_of_values
-from arael.runtime.assembly.components import Partition
+from arael.runtime.assembly.components import Partition, graph_components
 from arael.runtime.assembly.pattern import BlockPattern
 
 Ints = NDArray[np.int64]
@@ -76,10 +76,6 @@ def joined_components(
     blocks : number of blocks of the whole system
     found : per part the answer of `requests.components`
     """
-    # imported here: start-up time
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     ones, others, first = [], [], blocks
     for share, (labels, guarded) in zip(shares, found, strict=True):
         read = share.interior | share.boundary
@@ -88,13 +84,10 @@ def joined_components(
         first += len(guarded)
     one = np.concatenate([np.zeros(0, dtype=np.int64), *ones])
     other = np.concatenate([np.zeros(0, dtype=np.int64), *others])
-    edges = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(first, first))
-    raw = connected_components(edges, directed=False)[1][:blocks]
-    _, begins, labels_of = np.unique(raw, return_index=True, return_inverse=True)
-    # Numbered in the order of their first blocks, as on one machine.
-    rank = np.argsort(np.argsort(begins))
-    of_block = rank[labels_of].astype(np.int32)
-    count = len(begins)
+    # Each is named by its first block, so that they are numbered as on one machine.
+    firsts, labels_of = np.unique(graph_components(first, one, other)[:blocks], return_inverse=True)
+    of_block = labels_of.astype(np.int32)
+    count = len(firsts)
     guards = np.zeros(count, dtype=bool)
     of_part = []
     for share, (labels, guarded) in zip(shares, found, strict=True):

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.distributed.parts.graph import Graph
+from arael.runtime.assembly.components import graph_components
 from arael.runtime.linear.dissection import apart
 from arael.runtime.linear.planning import find_separator
 
@@ -92,18 +93,13 @@ def _first(vertices: Ints) -> int:
 
 def _connected(graph: Graph, vertices: Ints, local: Ints) -> list[Ints]:
     """Connected components of some vertices, each ascending, in the order of their first."""
-    # imported here: start-up time
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
     if not len(vertices):
         return [vertices]
     local[vertices] = np.arange(len(vertices))
     start, inside = _subgraph(graph, vertices, local)
     local[vertices] = -1
-    size = len(vertices)
-    matrix = csr_array((np.ones(len(inside), dtype=np.int8), inside, start), shape=(size, size))
-    labels = connected_components(matrix, directed=False)[1]
+    ends = np.repeat(np.arange(len(vertices)), np.diff(start))
+    labels = graph_components(len(vertices), ends, inside)
     order = np.argsort(labels, kind="stable")
     found = np.split(vertices[order], np.flatnonzero(np.diff(labels[order])) + 1)
     return sorted(found, key=_first)

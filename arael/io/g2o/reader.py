@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from arael.io.g2o.kinds import Kind, kind_of
 from arael.io.g2o.parse import Graph, parse
 from arael.io.report import Report
+from arael.runtime.assembly.components import graph_components
 from arael.runtime.store import Store, rotations
 from arael.starts.columns import angles, planar, quaternions
-from arael.starts.connected import components
 from arael.starts.graph import Anchors, PoseGraph, Poses
 from arael.starts.tree import tree_poses
 
@@ -72,7 +72,7 @@ def _held(
     count: int, ends: NDArray[np.int64], fixed: NDArray[np.bool_], anchored: list[int]
 ) -> NDArray[np.bool_]:
     """The first pose of each connected component in which nothing is fixed or anchored."""
-    component = components(count, ends[:, 0], ends[:, 1])
+    component = graph_components(count, ends[:, 0], ends[:, 1])
     holding = np.concatenate((np.flatnonzero(fixed), np.array(anchored, np.int64)))
     loose = np.ones(count, np.bool_)
     loose[component[holding]] = False
