@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import io
 import math
-import re
 import struct
 import sys
 import zipfile
@@ -21,6 +20,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import numpy.lib.format as npy
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError
@@ -55,6 +55,8 @@ DAMAGED = (
     LookupError,
 )
 MOST_ARRAYS = 20_000
+MOST_ROWS = 10**12  # an axis, also of an array without elements
+MAX_HEADER = 1000  # characters; NumPy writes some 60
 # Rows may take more memory than the arrays of the file, since columns with a default may be
 # missing: up to this much in any case, and up to this multiple of the file's arrays.
 SPARE = 64 * 1024**2
@@ -105,47 +107,38 @@ def _unpack(content: bytes, name: str, limit: int) -> dict[str, Array]:
     return arrays
 
 
-HEAD = re.compile(
-    r"\{'descr': '([<>|=]?[a-zA-Z]\d{0,6})', 'fortran_order': (True|False), "
-    r"'shape': \(([\d, ]{0,60})\),? ?\}\s*"
-)
-
-
 def _array(data: bytes, member: str, name: str) -> Array:
     """Return one array of NumPy's format; its header must match its content.
 
-    The header is matched, not evaluated. Format: NumPy enhancement proposal 1.
+    The size is compared before memory is taken: `numpy.load` allocates what the header declares.
     """
     place = f"{name}: {shorten(member.removesuffix('.npy'))}"
-    wide = data[6:7] != b"\x01"  # since version 2 the length of the header takes four bytes
-    start = 12 if wide else 10
-    end = start + int.from_bytes(data[8:start], "little")
-    head = HEAD.fullmatch(data[start:end].decode("latin-1")) if end < 70_000 else None
-    if data[:6] != b"\x93NUMPY" or head is None:
-        raise AraelError(problem("E0711", "not an array of numbers, bools or strings", place))
-    if "O" in head[1]:
+    file = io.BytesIO(data)
+    try:
+        version = npy.read_magic(file)
+        header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        shape, fortran, dtype = header(file, max_header_size=MAX_HEADER)
+    except Exception:  # of several modules that read the header: syntax, types, tokens, recursion
+        message = "not an array of numbers, bools or strings"
+        raise AraelError(problem("E0711", message, place)) from None
+    if dtype.hasobject:
         help = "store strings as `np.array(values, dtype=str)`"
         message = "the array holds Python objects, which are not read"
         raise AraelError(problem("E0703", message, place, help=help))
-    try:
-        dtype = np.dtype(head[1])
-        shape = tuple(int(n) for n in head[3].replace(" ", "").split(",") if n)
-    except (TypeError, ValueError):
-        raise AraelError(
-            problem("E0711", "not an array of numbers, bools or strings", place)
-        ) from None
-    if dtype.kind not in "biufU" or math.prod(shape) * dtype.itemsize != len(data) - end:
+    begin, count = file.tell(), math.prod(shape)
+    if (
+        dtype.kind not in "biufU"
+        or min(shape, default=0) < 0
+        or max(shape, default=0) > MOST_ROWS
+        or count * dtype.itemsize != len(data) - begin
+    ):
         raise AraelError(problem("E0711", "the array is truncated or damaged", place))
-    flat = (
-        np.frombuffer(data, dtype, math.prod(shape), end)
-        if math.prod(shape)
-        else np.empty(0, dtype)
-    )
+    flat = np.frombuffer(data, dtype, count, begin) if count else np.empty(0, dtype)
     if dtype.kind == "U" and flat.size and dtype.itemsize:
         units = flat.view(np.dtype(np.uint32).newbyteorder(dtype.byteorder))
         if (units > sys.maxunicode).any():
             raise AraelError(problem("E0711", "the text has invalid characters", place))
-    return flat.reshape(shape, order="F" if head[2] == "True" else "C")
+    return flat.reshape(shape, order="F" if fortran else "C")
 
 
 class _Reader:
