@@ -134,3 +134,10 @@ def test_documents_have_python() -> None:
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
+
+
+def test_the_page_of_packages_names_every_package_and_module() -> None:
+    page = (ROOT / "arael" / "README.md").read_text(encoding="utf-8")
+    packages = {f"{path.parent.name}/" for path in (ROOT / "arael").glob("*/__init__.py")}
+    modules = {path.name for path in (ROOT / "arael").glob("[!_]*.py")} - {"version.py"}
+    assert set(re.findall(r"`(\w+(?:/|\.py))`", page)) == packages | modules

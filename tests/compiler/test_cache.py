@@ -359,3 +359,16 @@ def test_entries_used_longest_ago_are_dropped(model: Path, monkeypatch: pytest.M
     os.utime(folder / keys[3])  # used again
     upkeep.trim()
     assert {key for key, _, _ in cache.entries()} == {keys[0], keys[3]}
+
+
+def test_a_folder_that_cannot_be_removed_is_moved_aside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trust.shutil, "rmtree", lambda path, ignore_errors: None)
+    for text in ("first", "second"):
+        (tmp_path / "arael-models").mkdir()
+        (tmp_path / "arael-models" / "theirs").write_text(text)
+        trust.remove(tmp_path / "arael-models")
+        assert not (tmp_path / "arael-models").exists()
+    kept = sorted(path.read_text() for path in tmp_path.glob("refused-*/arael-models/theirs"))
+    assert kept == ["first", "second"]

@@ -107,7 +107,8 @@ def remove(path: Path) -> None:
         # imported here: start-up time
         import tempfile
 
-        path.rename(tempfile.mktemp(prefix="refused-", dir=path.parent))
+        # Into a folder that was made just now: no other process can have taken its name.
+        path.rename(Path(tempfile.mkdtemp(prefix="refused-", dir=path.parent)) / path.name)
 
 
 def replace(path: Path, data: bytes) -> None:

@@ -109,8 +109,7 @@ def edited_plan(
             placed = found
         placements.append(placed[0])
         behind += placed[1]
-    counts = known.counts
-    del known.__dict__["counts"]  # they are changed here: `known` counts again if it is asked
+    counts = known.take_counts()
     nowhere, gone = pattern.value_count, []
     for one, was, now in zip(ends, known.placements, placements, strict=True):
         if one.changed:
@@ -129,10 +128,9 @@ def edited_plan(
         tuple(placements),
         known.trash,
         behind,
+        _diagonal_at=known._diagonal_at,
+        _counts=counts,
     )
-    plan.__dict__["counts"] = counts  # as the cached properties keep them
-    if "diagonal_at" in known.__dict__:
-        plan.__dict__["diagonal_at"] = known.diagonal_at
     for execution, shares in known._shares.items():
         plan._shares[execution] = edited_shares(
             plan.groups,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,22 +48,31 @@ class ScatterPlan:
     trash: int
     behind: int
     _shares: dict[Execution, Shares] = field(default_factory=dict, compare=False, repr=False)
+    _diagonal_at: Ints | None = field(default=None, compare=False, repr=False)
+    _counts: NDArray[np.int32] | None = field(default=None, compare=False, repr=False)
 
-    @cached_property
+    @property
     def diagonal_at(self) -> Ints:
         """(size,) int64, offset of each diagonal scalar in the values."""
-        found = diagonal_positions(self.pattern)
-        read_only(found)
-        return found
+        if self._diagonal_at is None:
+            self._diagonal_at = diagonal_positions(self.pattern)
+            read_only(self._diagonal_at)
+        return self._diagonal_at
 
-    @cached_property
+    @property
     def counts(self) -> NDArray[np.int32]:
         """How often instances add to each block off the diagonal, by its place in the values."""
-        nowhere = self.pattern.value_count
-        found = np.zeros(nowhere + 1, dtype=np.int32)
-        for one in self.placements:
-            add_counts(found, one.block_at, one.turn, nowhere, 1)
-        return found
+        if self._counts is None:
+            nowhere = self.pattern.value_count
+            self._counts = np.zeros(nowhere + 1, dtype=np.int32)
+            for one in self.placements:
+                add_counts(self._counts, one.block_at, one.turn, nowhere, 1)
+        return self._counts
+
+    def take_counts(self) -> NDArray[np.int32]:
+        """`counts`, for a caller who changes them: this plan counts again if it is asked again."""
+        counts, self._counts = self.counts, None
+        return counts
 
     def values_of(self, scalars: Ints) -> Ints:
         """Offsets of all values in the rows and columns of some scalars, without the diagonal."""
@@ -130,7 +138,7 @@ def scatter_plan(
     for p in placements:
         read_only(*p.in_order())
     trash = max((entity.tangent for entity in layout.entities), default=1)
-    found = ScatterPlan(
+    return ScatterPlan(
         tuple(layout.groups),
         tuple(layout.entities),
         tuple(active),
@@ -138,10 +146,8 @@ def scatter_plan(
         tuple(placements),
         trash,
         behind,
+        _diagonal_at=known._diagonal_at if known is not None and known.pattern is pattern else None,
     )
-    if known is not None and known.pattern is pattern and "diagonal_at" in known.__dict__:
-        found.__dict__["diagonal_at"] = known.diagonal_at  # as the cached property keeps it
-    return found
 
 
 __all__ = ["Execution", "ScatterPlan", "Shares", "scatter_plan"]

@@ -139,10 +139,10 @@ static ptrdiff_t F(eliminate)(ptrdiff_t count, const Entity *entities, const Cou
 }
 
 /* Rows r0 to r0 + rn of the h x w block: block -= sum of Za' Zb. `vectors` of the block's columns
-are summed in registers, including padding, and `columns` of them are stored. */ INLINE void
-F(gram_rows)(const int d, const int h, const int w, const int r0, const int rn,
-                                const int c0, const int vectors, const int columns,
-                                ptrdiff_t count, const int *pairs, const T *z, T *block) {
+   are summed in registers, including padding, and `columns` of them are stored. */
+INLINE void F(gram_rows)(const int d, const int h, const int w, const int r0, const int rn,
+                         const int c0, const int vectors, const int columns, ptrdiff_t count,
+                         const int *pairs, const T *z, T *block) {
     V acc[16][2];
     T out[2 * W] = {0};
     int r, c, k, v;
@@ -178,9 +178,8 @@ F(gram_rows)(const int d, const int h, const int w, const int r0, const int rn,
 }
 
 /* The same for a square block with one column more than a vector: the last column is summed along
-the rows, with one remaining scalar. */ INLINE void F(gram_odd)(const int d, ptrdiff_t count,
-const int *pairs, const T *z,
-                               T *block) {
+   the rows, with one remaining scalar. */
+INLINE void F(gram_odd)(const int d, ptrdiff_t count, const int *pairs, const T *z, T *block) {
     const int n = W + 1;
     V acc[W + 1], last = (V){0};
     T corner = 0, out[W] = {0};
@@ -388,8 +387,8 @@ static void F(apply)(ptrdiff_t count, const Entity *entities, const Coupling *co
 }
 
 /* y += B x for a symmetric matrix of blocks of which the lower triangle is stored, with full
-diagonal blocks. Vectors are padded, inputs with zeros. */ static void F(symmetric)(ptrdiff_t count,
-const Block *blocks, const T *values, const T *x, T *y) {
+   diagonal blocks. Vectors are padded, inputs with zeros. */
+static void F(symmetric)(ptrdiff_t count, const Block *blocks, const T *values, const T *x, T *y) {
     const Block *at;
     T lanes[W];
     int c, r;

@@ -224,9 +224,9 @@ static ptrdiff_t F(potrf_near)(ptrdiff_t n, ptrdiff_t height, ptrdiff_t reach, T
 }
 
 /* c = c - a b' for m x n entries of c and depth k; if `lower` only tiles on or below the diagonal.
-Processed by blocks of b that stay in the second-level cache. Rows before `begin`, a multiple of
-TILE_PIECE, are skipped. */ static void F(lessen)(ptrdiff_t begin, ptrdiff_t m, ptrdiff_t n,
-ptrdiff_t k, const T *a,
+   Processed by blocks of b that stay in the second-level cache. Rows before `begin`, a multiple of
+   TILE_PIECE, are skipped. */
+static void F(lessen)(ptrdiff_t begin, ptrdiff_t m, ptrdiff_t n, ptrdiff_t k, const T *a,
                       ptrdiff_t lda, const T *b, ptrdiff_t ldb, T *c, ptrdiff_t ldc, int lower) {
     ptrdiff_t jb, i0, i, j0, end;
     int rv, nc, tile;
