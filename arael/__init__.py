@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from arael.log import log_to as log_to
     from arael.model import Model as Model
     from arael.model import Ref as Ref
+    from arael.notes import Note as Note
     from arael.result import Result as Result
     from arael.runtime.failures import SolveError as SolveError
     from arael.runtime_residuals import (
@@ -57,6 +58,7 @@ _HOMES = {
     "LmConfig": "arael.config",
     "Model": "arael.model",
     "ModelWarning": "arael.diagnostics.model_warnings",
+    "Note": "arael.notes",
     "Pass": "arael.schedule",
     "Ref": "arael.model",
     "Result": "arael.result",

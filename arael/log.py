@@ -5,7 +5,7 @@
 | ``arael.solve`` | debug | every attempted step, the lines of the verbose trace |
 | ``arael.solve`` | info | every pass: status, cost, iterations, time, linear solver |
 | ``arael.solve`` | info | residuals by own code without Jacobians: central differences |
-| ``arael.solve`` | warning | a pass that ended without converging |
+| ``arael.solve`` | warning | a pass that ended without converging; notes on a result |
 | ``arael.compile`` | info | a model was compiled, with the time it took |
 | ``arael.compile`` | debug | a compiled model was found, with its place |
 

@@ -15,6 +15,7 @@ from arael.display.sheet import Sheet
 from arael.statuses import CONVERGED
 
 if TYPE_CHECKING:
+    from arael.notes import Note
     from arael.runtime.levenberg.outcomes import Components
 
 
@@ -80,6 +81,7 @@ class Result(Displayed):
     noise_floor : rounding noise of the cost at the last linearisation, estimated
         From the machine precision, the cost and the terms of the residuals. Smaller changes of the
         cost are not significant.
+    frozen : paths of parameters that the pass froze, or `freeze` did: ``poses.ea``
     components : status of each connected component of the problem
         A table `arael.runtime.levenberg.outcomes.Components`; None if the problem has only one,
         or was solved as one. Of a schedule that of its last pass.
@@ -101,6 +103,26 @@ class Result(Displayed):
     gradient_norm: float = math.nan
     noise_floor: float = math.nan
     components: Components | None = None
+    frozen: tuple[str, ...] = ()
+    checks: Any = field(default=None, repr=False, compare=False)
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """Remarks on a result whose numbers mean less than they seem: `arael.Note`.
+
+        Fewer residuals than unknowns, free directions, rows that ran off, residuals that a loss
+        left no weight, parameters that the last pass froze. Empty if there is nothing to say.
+        """
+        found = self.checks
+        if found is None:
+            return ()
+        if not isinstance(found, tuple):
+            found = found.notes()
+            object.__setattr__(self, "checks", found)
+        return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "checks": self.notes}
 
     @property
     def cost(self) -> float:
@@ -134,6 +156,10 @@ class Result(Displayed):
             "plan": _plain(self.plan),
             "timing": dict(self.timing),
         }
+        if self.notes:
+            found["notes"] = [one.to_dict() for one in self.notes]
+        if self.frozen:
+            found["frozen"] = list(self.frozen)
         if self.passes:
             found["passes"] = [one.to_dict() for one in self.passes]
         elif self.components is not None:
@@ -177,15 +203,22 @@ class Result(Displayed):
             f"{self.iterations} iterations>"
         )
 
-    def __str__(self) -> str:
-        lines = [
+    def _line(self) -> str:
+        """Status, cost, iterations and time."""
+        return (
             f"{self.status}: cost {self.start_cost:.6g} -> {self.end_cost:.6g} "
             f"in {self.iterations} iterations ({self.accepted_iterations} accepted), "
             f"{seconds_text(self.seconds)}{self._left()}"
-        ]
+        )
+
+    def __str__(self) -> str:
+        lines = [self._line()]
         if len(self.passes) > 1:
             width = max(len(one.name) for one in self.passes)
-            lines += [f"  {one.name:<{width}}  {str(one).splitlines()[0]}" for one in self.passes]
+            lines += [
+                f"  {one.name:<{width}}  {one._line()}{_frozen_text(one.frozen)}"
+                for one in self.passes
+            ]
         elif self.components is not None:
             lines.append(f"  {self.components.summary()}")
         lines.append(f"  solver {self.plan}")
@@ -203,7 +236,12 @@ class Result(Displayed):
             if name in self.timing
         ]
         lines.append(f"  time   {', '.join(phases)}")
+        lines += [f"  note   {one.message}\n         {one.advice}" for one in self.notes]
         return "\n".join(lines)
+
+
+def _frozen_text(frozen: tuple[str, ...]) -> str:
+    return f"; frozen: {', '.join(frozen)}" if frozen else ""
 
 
 def joined(passes: list[Result], name: str) -> Result:
@@ -231,6 +269,8 @@ def joined(passes: list[Result], name: str) -> Result:
         last.gradient_norm,
         last.noise_floor,
         last.components,
+        last.frozen,
+        last.checks,
     )
 
 

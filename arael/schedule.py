@@ -26,9 +26,9 @@ class Pass:
     ----------
     name : in reports and traces
     data : numbers of the root's data that are set before the pass, by path; later passes keep them
-    freeze, free : what is frozen from this pass on, and what is free again: paths of parameters
-        or of what contains them (``"poses.ea"``, ``"poses"``), or the same by the name of a struct,
-        wherever it is used (``"Pose.ea"``, ``"Pose"``)
+    freeze, free : what is frozen for this pass, and what of it, or of what ``solve(freeze=...)``
+        froze, is free: paths of parameters or of what contains them (``"poses.ea"``, ``"poses"``),
+        or the same by the name of a struct, wherever it is used (``"Pose.ea"``, ``"Pose"``)
     config : settings of `arael.LmConfig` by name, for this pass alone
 
     Examples
@@ -147,14 +147,24 @@ def _component_paths(layout: Layout) -> list[str]:
 
 
 def frozen_after(layout: Layout, frozen: frozenset[str], one: layouts.LayoutPass) -> frozenset[str]:
-    """Return what is frozen once the pass `one` has frozen and freed its paths.
+    """Return what is frozen in the pass `one`, where `frozen` is for the whole solve.
 
-    A parameter of which a part is freed is frozen no more as a whole, but by its other parts.
+    A freeze ends with its pass. A parameter of which a part is freed is frozen no more as a whole,
+    but by its other parts.
     """
     freed = held_by(layout, one.free)
     left = (frozen | held_by(layout, one.freeze)) - freed
     return frozenset(
         path for path in left if not any(other.startswith(f"{path}.") for other in freed)
+    )
+
+
+def frozen_paths(layout: Layout, frozen: frozenset[str]) -> tuple[str, ...]:
+    """The paths of `frozen` without parts and components of what is frozen as a whole."""
+    return tuple(
+        path
+        for path in (*parameter_paths(layout), *_component_paths(layout))
+        if path in frozen and path.rpartition(".")[0] not in frozen
     )
 
 

@@ -43,6 +43,7 @@ class Session:
     """
 
     counts: Counts = field(default_factory=Counts)
+    structural: tuple[Any, Any] | None = None  # the structure last checked, and notes on it
     _problem: Problem | None = None
     _linear: LinearSolver | None = None
     _asked: tuple[str, dict[str, Any]] | None = None
@@ -64,7 +65,7 @@ class Session:
 
     def release(self) -> None:
         """Free all memory; the next solve starts from the model's data alone."""
-        self._problem = self._linear = self._asked = self._choice = None
+        self._problem = self._linear = self._asked = self._choice = self.structural = None
 
     def refreshed(self, store: Any, frozen: frozenset[str]) -> Problem | None:
         """The cached problem with current values and data; None if the structure changed."""

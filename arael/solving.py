@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -17,14 +18,22 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.progress import shown
 from arael.log import LEVELS, log, logger
+from arael.notes import Checks, frozen_note, structural_notes
 from arael.result import Plan, Result, joined
 from arael.runtime.failures import FunctionError, SolveError
 from arael.runtime.layout import Layout, LayoutPass
-from arael.runtime.linear.compiled import is_blas_loaded
+from arael.runtime.linear.compiled import LinearSolver, is_blas_loaded
 from arael.runtime.linear.options import typed_options
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome, minimise, to_stderr
-from arael.schedule import Pass, check_paths, chosen_passes, frozen_after, held_by
+from arael.schedule import (
+    Pass,
+    check_paths,
+    chosen_passes,
+    frozen_after,
+    frozen_paths,
+    held_by,
+)
 from arael.session import Session, session_of
 from arael.statuses import ENDING
 
@@ -126,14 +135,13 @@ def solve(
             write = _writer(trace, pass_config.verbose)
             if len(schedule) > 1 and write is not None:
                 write(f"pass {one.name}")
-            if one.freeze or one.free:
-                frozen = frozen_after(layout, frozen, one)
+            now = frozen_after(layout, frozen, one) if one.freeze or one.free else frozen
             if pass_config.time_limit is not None:
                 left = max(0.0, pass_config.time_limit - (time.perf_counter() - began))
                 pass_config = replace(pass_config, time_limit=left)
             if watch is not None and not pass_config.verbose:
                 pass_config = replace(pass_config, observer=watch.with_(pass_config.observer))
-            problem = current_problem(model, session, frozen)
+            problem = current_problem(model, session, now)
             problem.check_start()
             session.counts.solves += 1
             linear, seconds = session.linear(problem, solver, options)
@@ -149,11 +157,14 @@ def solve(
                 raise
             problem.write_back()
             results.append(result_of(outcome, one.name))
+            if now:
+                results[-1].__dict__["frozen"] = frozen_paths(layout, now)
             _log_result(layout.name, results[-1])
             for note in () if problem.hooks is None else problem.hooks.notes:
                 log("solve", "info", f"{layout.name}: {note}")
             if outcome.status in ENDING:
                 break
+        take_notes(session, problem, linear, outcome, results)
     return joined(results, layout.name)
 
 
@@ -298,8 +309,36 @@ def _log_result(model: str, result: Result) -> None:
         log("solve", level, f"{name}: {str(result).splitlines()[0]}, solver {result.plan}")
 
 
+def take_notes(
+    session: Session,
+    problem: Problem,
+    linear: LinearSolver,
+    outcome: Outcome,
+    results: list[Result],
+) -> None:
+    """Give the last result what its notes are made from."""
+    structural = session.structural
+    if structural is None or structural[0] is not problem.structure:
+        whole = outcome.components is None and outcome.undamped
+        damping = float(outcome.history["damping"][-1]) if whole else math.nan
+        before = None if structural is None else structural[1]
+        found = structural_notes(problem, linear, damping, before)
+        session.structural = structural = (problem.structure, found)
+    last = results[-1].__dict__
+    notes = structural[1]
+    if len(results) > 1:
+        notes = (*notes, *frozen_note(last["frozen"], last["name"]))
+    last["checks"] = Checks(notes, problem.structure, outcome.x, outcome.information)
+    if logger("solve", LEVELS["warning"]) is not None:
+        for note in results[-1].notes:
+            log("solve", "warning", f"{problem.layout.name}: {note.message}")
+
+
 def result_of(outcome: Outcome, name: str) -> Result:
     """What a pass came to, as users see it."""
     made = object.__new__(Result)  # the constructor of a frozen class takes twice as long
-    made.__dict__.update(outcome.__dict__, plan=Plan(outcome.plan), name=name, passes=())
+    made.__dict__.update(
+        outcome.__dict__, plan=Plan(outcome.plan), name=name, passes=(), frozen=(), checks=None
+    )
+    del made.__dict__["information"], made.__dict__["undamped"]
     return made

@@ -26,8 +26,8 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
 from arael.geometry import ellipsoid
-from arael.runtime.linear.selected import SelectedInverse
 from arael.runtime.linear.compiled import SparseSolver
+from arael.runtime.linear.selected import SelectedInverse
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]

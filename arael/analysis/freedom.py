@@ -78,7 +78,7 @@ class FreeDirections(list[FreeDirection]):
     ) -> None:
         basis = equations.smallest()[1] if basis is None else basis
         self._model = equations.problem.layout.name
-        self.parameters = len(equations.names)
+        self.parameters = len(equations.free)
         super().__init__(_described(equations, basis, second_order))
         self.rank = self.parameters - len(self)
 

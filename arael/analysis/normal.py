@@ -41,7 +41,6 @@ class NormalEquations:
     Attributes
     ----------
     on_bound : names of the scalars on an active bound, each with the bound in words
-    names : (n,) of the free scalars
     free : (n,) their numbers in the system
     scale : (size,) the unit of each scalar of the system, 1 if no residual depends on it
 
@@ -53,7 +52,6 @@ class NormalEquations:
 
     def __init__(self, problem: Problem, hold_bounds: bool = False) -> None:
         self.problem = problem
-        self.names = problem.parameter_names()
         self.free = problem.free
         self.on_bound: dict[str, str] = {}
         pattern = problem.structure.pattern
@@ -87,11 +85,16 @@ class NormalEquations:
         values[(held[self._row] | held[self._column]) & (self._row != self._column)] = 0
         values[held[self._row] & (self._row == self._column)] = 1
         diagonal[held] = 1
-        free = dict(zip(self.free.tolist(), self.names, strict=True))
-        self.on_bound = {free[scalar]: text for scalar, text in found.items() if scalar in free}
-        moves = ~held[self.free]
-        self.free = self.free[moves]
-        self.names = [name for name, stays in zip(self.names, moves, strict=True) if stays]
+        name_of = self.problem.structure.system.name_of
+        free = set(self.free.tolist())
+        self.on_bound = {name_of(k): text for k, text in found.items() if k in free}
+        self.free = self.free[~held[self.free]]
+
+    @cached_property
+    def names(self) -> list[str]:
+        """(n,) names of the free scalars."""
+        names = self.problem.structure.system.names()
+        return [names[k] for k in self.free]
 
     @property
     def tolerance(self) -> float:

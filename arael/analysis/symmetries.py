@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -40,6 +41,8 @@ _POINTS_MORE = 4
 """Random states beyond the number of candidates: chance does not make a null space."""
 _SHORT = 0.1
 """Longest random move of a parameter: radians, or part of the size of its column."""
+_NONE = 1e-5
+"""Smallest singular value of as many states as candidates that excludes any symmetry."""
 _EXACT = 1e-12
 _EXACT_SINGLE = 2e-6
 """Relative derivative of the cost along a symmetry, from rounding; 1e-16 and 1e-8 are usual, and
@@ -94,6 +97,17 @@ class _Column:
     free: NDArray[np.bool_]  # (rows, tangent)
     used: NDArray[np.bool_]  # (rows,) whether a constraint reads the row
     tags: tuple[tuple[str, int], ...]  # family and axis of each candidate
+
+    @cached_property
+    def rows(self) -> Ints:
+        """Rows of which something is free."""
+        return np.flatnonzero(self.free.any(axis=1))
+
+    @cached_property
+    def scalars(self) -> Ints:
+        """(rows, tangent) scalars in the system, -1 of rows that are not solved for."""
+        every = self.first[:, None] + np.arange(self.use.tangent)
+        return np.where(self.first[:, None] >= 0, every, -1)
 
     def moves(self, stored: Floats) -> Floats:
         """(m, tangent, k) candidates at the stored values (m, stored) of some rows."""
@@ -252,7 +266,7 @@ def _null_space(problem: Problem, columns: list[_Column], count: int) -> tuple[F
     diagonal = np.asarray(evaluation.linearised()[2], dtype=np.float64)[problem.diagonal_at]
     moves = np.zeros(problem.size, dtype=bool)
     for column in columns:
-        at = _scalars(column)
+        at = column.scalars
         moves[at[column.free & (at >= 0)]] = True
     diagonal = np.where(moves & (diagonal > 0), diagonal, 0.0)
     random = np.random.default_rng(0)
@@ -272,7 +286,10 @@ def _null_space(problem: Problem, columns: list[_Column], count: int) -> tuple[F
     basis = kept * inverse[:, None]
     rows = []
     try:
-        for _ in range(kept.shape[1] + _POINTS_MORE):
+        count_kept = kept.shape[1]
+        for turn in range(count_kept + _POINTS_MORE):
+            if turn == count_kept and np.linalg.svd(np.array(rows), compute_uv=False)[-1] > _NONE:
+                return np.zeros((count, 0)), size
             for number, values in enumerate(start):
                 evaluation.start_at(number, values)
             evaluation.moved_by(reach * random.uniform(-1, 1, problem.size))
@@ -310,12 +327,6 @@ def _stored(problem: Problem) -> list[NDArray[Any]]:
     ]
 
 
-def _scalars(column: _Column) -> Ints:
-    """(rows, tangent) scalars of a column in the system, -1 of rows that are not solved for."""
-    every = column.first[:, None] + np.arange(column.use.tangent)
-    return np.where(column.first[:, None] >= 0, every, -1)
-
-
 def _values(column: _Column, stored: list[NDArray[Any]], rows: Ints) -> Floats:
     begin = column.use.stored_start
     return np.asarray(
@@ -332,7 +343,7 @@ def _norms(
     for column in columns:
         part = slice(at, at + len(column.tags))
         at = part.stop
-        scalars = _scalars(column)
+        scalars = column.scalars
         known = diagonal[scalars[column.free & (scalars >= 0)]]
         mean = float(known.mean()) if len(known) and known.mean() > 0 else 1.0
         rows = np.flatnonzero(column.free.any(axis=1) | column.used)
@@ -353,7 +364,7 @@ def _reach(columns: list[_Column], stored: list[NDArray[Any]], diagonal: Floats)
     """Longest random move of each scalar: by which residuals change by about one sigma."""
     found = np.zeros(len(diagonal))
     for column in columns:
-        scalars = _scalars(column)
+        scalars = column.scalars
         rows = np.flatnonzero(column.first >= 0)
         free = column.free[rows]
         some = np.asarray(free.any(axis=1), dtype=np.bool_)
@@ -380,10 +391,10 @@ def _products(
     for column in columns:
         part = slice(at, at + len(column.tags))
         at = part.stop
-        rows = np.flatnonzero(column.free.any(axis=1))
+        rows = column.rows
         for begin in range(0, len(rows), _CHUNK):
             some = rows[begin : begin + _CHUNK]
-            own = gradient[_scalars(column)[some]] * column.free[some]
+            own = gradient[column.scalars[some]] * column.free[some]
             moves = column.moves(_values(column, stored, some))
             found[part] += np.tensordot(own, moves, axes=([0, 1], [0, 1]))
     return found
@@ -436,9 +447,9 @@ def _along(size: int, columns: list[_Column], stored: list[NDArray[Any]], w: Flo
         at += len(column.tags)
         if not own.any():
             continue
-        rows = np.flatnonzero(column.free.any(axis=1))
+        rows = column.rows
         moved = column.moves(_values(column, stored, rows)) @ own
-        whole[_scalars(column)[rows][column.free[rows]]] = moved[column.free[rows]]
+        whole[column.scalars[rows][column.free[rows]]] = moved[column.free[rows]]
     return whole
 
 

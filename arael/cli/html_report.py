@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _PAGE = Path(__file__).with_name("report.html")
 _SCALARS = ("parameter", "value", "standard deviation", "unit", "")
-_PASSES = ("pass", "status", "start cost", "end cost", "iterations", "accepted", "seconds")
+_PASSES = tuple("pass,status,start cost,end cost,iterations,accepted,seconds,frozen".split(","))
 
 
 def write_report(
@@ -70,7 +70,7 @@ def _tables(
         yield rows.asked, ("", *rows.head), values
     passes = [
         (p.name, p.status, f"{p.start_cost:.6g}", f"{p.end_cost:.6g}", p.iterations,
-         p.accepted_iterations, f"{p.seconds:.4f}")
+         p.accepted_iterations, f"{p.seconds:.4f}", ", ".join(p.frozen))
         for p in result.passes
     ]  # fmt: skip
     yield "Passes", _PASSES, passes

@@ -231,7 +231,7 @@ def command(
             "data": data[0] if len(data) == 1 else list(data),
             **({} if start is None else {"init": outcome.plain(start.to_dict())}),
             **outcome.as_dict(result),
-            **solution.as_dict(),
+            **_with_notes(solution.as_dict(), result),
             **({} if details is None else {"report": outcome.plain(details.to_dict())}),
             "written": written,
         }
@@ -240,6 +240,11 @@ def command(
         for path in written:
             click.echo(f"wrote {path}")
     return Exit.OK if outcome.has_converged(result) else Exit.NOT_CONVERGED
+
+
+def _with_notes(found: dict[str, Any], result: Any) -> dict[str, Any]:
+    """What the JSON has of a solution, with the notes of the solve before its own."""
+    return {**found, "notes": [*map(str, result.notes), *found["notes"]]}
 
 
 def _in_columns(path: str, format: str | None) -> bool:

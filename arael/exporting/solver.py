@@ -464,8 +464,8 @@ def _frozen_by_pass(
                         help=("it has rel_precision and max_iters",),
                     )
                 )
-        frozen = frozen_after(layout, frozen, one)
-        found.append({s.number: _frozen_scalars(functions, s, frozen) for s in functions.used})
+        now = frozen_after(layout, frozen, one)
+        found.append({s.number: _frozen_scalars(functions, s, now) for s in functions.used})
     return found
 
 

@@ -651,6 +651,11 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         return "".join(f"{line}\n" for line in lines)
 
     @cached_property
+    def robust(self) -> bool:
+        """Whether a constraint has a loss."""
+        return any(group.loss_text for group in self.groups)
+
+    @cached_property
     def coupled(self) -> tuple[NDArray[np.uint8], ...]:
         """`coupled_pairs` of all groups."""
         return tuple(coupled_pairs(group) for group in self.groups)

@@ -36,6 +36,9 @@ class Outcome:
     timing : seconds per phase
     plan : what the linear solver chose and why
     components : what became of each connected component; None if all was solved as one
+    information : (n,) diagonal of J'J at the last linearisation, and (n,) the largest one in the
+        solve, where a constraint has a loss
+    undamped : whether the linear solver has a factor, with the damping of the last attempt
     """
 
     x: Array
@@ -52,6 +55,8 @@ class Outcome:
     gradient_norm: float
     noise_floor: float
     components: Components | None = None
+    information: tuple[Array, Array] | None = None
+    undamped: bool = False
 
 
 def minimise(
@@ -119,6 +124,8 @@ def minimise(
             minimiser.gradient_norm,
             minimiser.noise_floor,
             None if partition is None else components_of(problem, partition, minimiser.components),
+            _information(problem, minimiser, partition is None),
+            bool(minimiser.factorisations) and bool(minimiser.history["factored"][-1:].all()),
         )
 
     try:
@@ -127,6 +134,18 @@ def minimise(
         error.best = outcome("aborted")
         raise
     return outcome(status)
+
+
+def _information(
+    problem: Problem, minimiser: Minimiser, as_one: bool
+) -> tuple[Array, Array] | None:
+    if not problem.layout.robust or type(problem) is not Problem:
+        return None
+    vectors = minimiser.vectors
+    # The values of components that ended earlier are empty.
+    values = vectors.value_array if as_one else problem.evaluation.linearised()[2]
+    now = np.array(values[problem.diagonal_at], dtype=np.float64)
+    return now, np.maximum(vectors.scale_array, vectors.diagonal_array).astype(np.float64)
 
 
 def _suited(config: LmConfig, solver: LinearSolver) -> LmConfig:

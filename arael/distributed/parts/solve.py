@@ -337,14 +337,11 @@ def run(
     given: tuple[Any, ...] = ()
     model = executor.ship(prepared.compiled)
     for turn, (one, own) in enumerate(zip(schedule, configs, strict=True)):
-        if one.freeze or one.free:
-            frozen = frozen_after(layout, frozen, one)
+        now = frozen_after(layout, frozen, one)
         given += tuple(one.settings)
         if before is not None and turn < before.turn:
             continue
-        problem = RemoteProblem(
-            prepared.layout, store, None, structure=empty_structure(store, frozen)
-        )
+        problem = RemoteProblem(prepared.layout, store, None, structure=empty_structure(store, now))
         sizes = problem.structure.system.sizes
         widths = [entity.stored for entity in layout.entities]
         shares = [
@@ -359,7 +356,7 @@ def run(
                 share,
                 prepared.path,
                 arrays,
-                frozen,
+                now,
                 given,
                 _base(share, problem.states, widths) if turn or before is not None else None,
             )

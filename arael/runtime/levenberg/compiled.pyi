@@ -41,6 +41,7 @@ class Vectors:
     gradient_array: NDArray[Any]
     value_array: NDArray[Any]
     diagonal_array: NDArray[Any]
+    scale_array: NDArray[Any]
     damped_array: NDArray[Any]
     step_array: NDArray[Any]
 
