@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 _PAGE = Path(__file__).with_name("report.html")
 _SCALARS = ("parameter", "value", "standard deviation", "unit", "")
-_PASSES = tuple("pass,status,start cost,end cost,iterations,accepted,seconds,frozen".split(","))
+_COUNTS = ("iterations", "accepted", "seconds")
+_PASSES = ("pass", "status", "start cost", "end cost", *_COUNTS, "frozen")
 
 
 def write_report(
