@@ -45,6 +45,7 @@ PARTS = {
     "Dask": Part("distributed", 'pip install "arael[distributed]"'),
     "cryptography": Part("cryptography", "pip install cryptography"),
     "JAX": Part("jax", "pip install jax"),
+    "gtsam": Part("gtsam", "pip install gtsam"),
     "dask": Part("distributed", 'pip install "arael[distributed]"'),
 }
 
@@ -63,6 +64,7 @@ PROGRAMS = {
     "node": "apt install nodejs",
     "npm": "apt install npm",
     "cmake": "apt install cmake g++",
+    "g++": "apt install g++",
     "clang": "apt install clang lld wasi-libc libclang-rt-14-dev-wasm32",
 }
 """Programs that some tests call, and how to install them."""
@@ -76,7 +78,10 @@ def program(name: str) -> str:
     return found
 
 
-HEADERS = {"ceres/ceres.h": "apt install libceres-dev"}
+HEADERS = {
+    "ceres/ceres.h": "apt install libceres-dev",
+    "Eigen/Dense": "apt install libeigen3-dev",
+}
 """Headers that some tests compile against, and how to install them."""
 
 

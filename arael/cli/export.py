@@ -75,6 +75,8 @@ def command(
     ceres: on these functions, cost functions and manifolds of Ceres and a function that builds a
     problem; main.cpp solves that of DATA.
 
+    gtsam: on these functions, factors of GTSAM on its types of poses and points.
+
     wasm: a solver of fixed size, for the rows of DATA or of --size, as a WebAssembly module, with a
     loader for JavaScript, types for TypeScript, and a page that solves the problem of DATA.
     """
@@ -99,6 +101,8 @@ def command(
         click.echo(f"wrote {path}")
     if target == "wasm":
         click.echo(f"serve it: python3 -m http.server --bind 127.0.0.1 --directory {folder}")
+        return
+    if "CMakeLists.txt" not in project.files:
         return
     build = Path(folder, "build")
     click.echo(f"build it: cmake -S {folder} -B {build} && cmake --build {build}")

@@ -102,7 +102,9 @@ def functions_of(layout: Layout, kernels: tuple[Kernel, ...]) -> Functions:
     refuse_rows(kernels)
     arrays = arrays_of(layout, kernels)
     prefix = f"{identifier(layout.name)}_"
-    names = Names(tuple(f"{one.stored.name}_{way}" for one in arrays.parameters for way in _WAYS))
+    taken = [f"{one.stored.name}_{way}" for one in arrays.parameters for way in _WAYS]
+    taken += [f"covariance_{one.stored.name}" for one in arrays.parameters]
+    names = Names((*taken, *_OF_SOLVER))
     constraints = []
     for kernel in kernels:
         group = kernel.group
@@ -113,6 +115,9 @@ def functions_of(layout: Layout, kernels: tuple[Kernel, ...]) -> Functions:
 
 
 _WAYS = ("retract", "local")
+
+_OF_SOLVER = ("data", "default_options", "parameters", "solve", "state")
+"""What an exported solver defines after the prefix, and what a constraint may be called."""
 
 
 def _constraint(name: str, kernel: Kernel, layout: Layout, arrays: Arrays) -> ConstraintFunction:
@@ -222,23 +227,35 @@ def _array(functions: Functions, array: Array, *, offsets: bool = False) -> list
     return [*lines, ""]
 
 
+def _retract_head(functions: Functions, one: ParameterSet, end: str) -> list[str]:
+    """The head of a retraction; its names are none of the model."""
+    real, size = functions.real, functions.macro(one.stored)
+    step = functions.macro(one.tangent)
+    return _wrapped(
+        f"void {functions.prefix}{one.stored.name}_retract(",
+        [f"const {real} x[{size}]", f"const {real} step[{step}]", f"{real} moved[{size}]"],
+        end,
+    )
+
+
+def _local_head(functions: Functions, one: ParameterSet, end: str) -> list[str]:
+    real, size = functions.real, functions.macro(one.stored)
+    step = functions.macro(one.tangent)
+    return _wrapped(
+        f"void {functions.prefix}{one.stored.name}_local(",
+        [f"const {real} x[{size}]", f"const {real} y[{size}]", f"{real} step[{step}]"],
+        end,
+    )
+
+
 def _moves(functions: Functions, one: ParameterSet) -> list[str]:
-    name, real = one.stored.name, functions.real
-    size, step = functions.macro(one.stored), functions.macro(one.tangent)
+    name = one.stored.name
     return [
-        f"/* Moves {name} by a step; `moved` may be `{name}` itself. */",
-        *_wrapped(
-            f"void {functions.prefix}{name}_retract(",
-            [f"const {real} {name}[{size}]", f"const {real} step[{step}]", f"{real} moved[{size}]"],
-            ");",
-        ),
+        f"/* Moves the parameters x of {name} by a step; `moved` may be x itself. */",
+        *_retract_head(functions, one, ");"),
         "",
-        f"/* The step that leads from {name} to other, by the shortest rotation. */",
-        *_wrapped(
-            f"void {functions.prefix}{name}_local(",
-            [f"const {real} {name}[{size}]", f"const {real} other[{size}]", f"{real} step[{step}]"],
-            ");",
-        ),
+        f"/* The step that leads from x to y, parameters of {name}, by the shortest rotation. */",
+        *_local_head(functions, one, ");"),
         "",
     ]
 
@@ -293,29 +310,17 @@ def _wrapped(head: str, parameters: Sequence[str], end: str) -> list[str]:
 
 
 def _retract(functions: Functions, one: ParameterSet) -> list[str]:
-    name, real = one.stored.name, functions.real
-    size, step = functions.macro(one.stored), functions.macro(one.tangent)
-    inputs = [f"{name}[{k}]" for k in range(one.entity.stored)]
+    inputs = [f"x[{k}]" for k in range(one.entity.stored)]
     inputs += [f"step[{k}]" for k in range(one.entity.tangent)]
-    head = _wrapped(
-        f"void {functions.prefix}{name}_retract(",
-        [f"const {real} {name}[{size}]", f"const {real} step[{step}]", f"{real} moved[{size}]"],
-        ")",
-    )
-    return _simple(head, retraction(one.entity), inputs, "moved", real)
+    head = _retract_head(functions, one, ")")
+    return _simple(head, retraction(one.entity), inputs, "moved", functions.real)
 
 
 def _local(functions: Functions, one: ParameterSet) -> list[str]:
-    name, real = one.stored.name, functions.real
-    size, step = functions.macro(one.stored), functions.macro(one.tangent)
-    inputs = [f"{name}[{k}]" for k in range(one.entity.stored)]
-    inputs += [f"other[{k}]" for k in range(one.entity.stored)]
-    head = _wrapped(
-        f"void {functions.prefix}{name}_local(",
-        [f"const {real} {name}[{size}]", f"const {real} other[{size}]", f"{real} step[{step}]"],
-        ")",
-    )
-    return _simple(head, local_coordinates(one), inputs, "step", real)
+    inputs = [f"x[{k}]" for k in range(one.entity.stored)]
+    inputs += [f"y[{k}]" for k in range(one.entity.stored)]
+    head = _local_head(functions, one, ")")
+    return _simple(head, local_coordinates(one), inputs, "step", functions.real)
 
 
 def _simple(

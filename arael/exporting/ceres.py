@@ -10,7 +10,7 @@ import numpy as np
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.exporting.arrays import ParameterSet
 from arael.exporting.c_functions import ConstraintFunction, Functions
-from arael.exporting.identifiers import identifier
+from arael.exporting.cpp import class_name
 from arael.exporting.program import tangent_programs
 from arael.exporting.rows import Rows
 from arael.exporting.statements import Statements, c_comment
@@ -85,7 +85,7 @@ class CeresProject:
             ]
         if one.entity.plain:
             return lines
-        kind = _class(name)
+        kind = class_name(name)
         return [
             *lines,
             f"// {c_comment(one.stored.title)}: {n} scalars, a step of {k}.",
@@ -119,7 +119,7 @@ class CeresProject:
 
     def _cost_function(self, function: ConstraintFunction) -> list[str]:
         group = function.group
-        kind = _class(function.name.removeprefix(f"{self.prefix}_"))
+        kind = class_name(function.name.removeprefix(f"{self.prefix}_"))
         r = group.residuals
         sizes = ", ".join(str(one.entity.stored) for one in function.sets)
         members = [f"  std::array<double, {one.array.size}> {one.name}_;" for one in function.data]
@@ -196,7 +196,7 @@ class CeresProject:
         ]
         for one in self.functions.used:
             name, n = one.stored.name, one.entity.stored
-            manifold = "" if one.entity.plain else f", new {_class(name)}Manifold"
+            manifold = "" if one.entity.plain else f", new {class_name(name)}Manifold"
             lines += [
                 f"  for (std::size_t row = 0; row < model.{name}.size(); row++) {{",
                 f"    double* x = model.{name}[row].data();",
@@ -208,7 +208,7 @@ class CeresProject:
             ]
         for function in self.functions.constraints:
             group = function.group
-            kind = _class(function.name.removeprefix(f"{self.prefix}_"))
+            kind = class_name(function.name.removeprefix(f"{self.prefix}_"))
             count = f"model.{self.rows.names[group.table]}_count" if group.table else "1"
             at, rows = self.rows.walk(group, "model.", "static_cast<std::size_t>")
             parameters = [
@@ -363,10 +363,6 @@ set_target_properties({stem}_main PROPERTIES CXX_STANDARD 17 CXX_STANDARD_REQUIR
 target_link_libraries({stem}_main PRIVATE {stem} Ceres::ceres)
 """
     return library + main * has_main
-
-
-def _class(name: str) -> str:
-    return "".join(word.capitalize() for word in identifier(name).split("_"))
 
 
 def _value(value: np.ndarray[Any, Any]) -> list[str]:

@@ -15,6 +15,7 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.exporting.c_functions import Functions, functions_of
 from arael.exporting.ceres import CeresProject, cmake_of
+from arael.exporting.gtsam import gtsam_header
 from arael.exporting.plan import plan_of
 from arael.exporting.project import SHOWN, files_of
 from arael.exporting.rows import Rows
@@ -27,7 +28,7 @@ from arael.loading import find_model
 from arael.model import Model
 from arael.syntax.files import read_source
 
-TARGETS = ("c", "ceres", "wasm")
+TARGETS = ("c", "ceres", "gtsam", "wasm")
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Export:
 
 def export(
     model: str | os.PathLike[str],
-    to: Literal["c", "ceres", "wasm"] = "c",
+    to: Literal["c", "ceres", "gtsam", "wasm"] = "c",
     *,
     data: Model | None = None,
     constraint: str | Sequence[str] | None = None,
@@ -87,8 +88,9 @@ def export(
     model : name of a standard model (``"slam"``) or path of a ``.arael`` file
     to : ``"c"``: for each constraint a C99 function of plain arrays for residuals and derivatives,
         for each entity its retraction and local coordinates; ``"ceres"``: on these functions cost
-        functions and manifolds of Ceres, and a function that builds a problem; ``"wasm"``: a solver
-        of fixed size as a WebAssembly module, with a loader, types and a page
+        functions and manifolds of Ceres, and a function that builds a problem; ``"gtsam"``: factors
+        on GTSAM's types of poses and points; ``"wasm"``: a solver of fixed size as a WebAssembly
+        module, with a loader, types and a page
     data : instance of the model; `main.c` evaluates the first rows of its data
     constraint : only these, as ``"Edge.between"``
     precision : instead of what the root declares
@@ -101,7 +103,7 @@ def export(
     AraelError
         The model is wrong; E1501: a constraint sums over a list of any length; E1502: there is no
         such constraint, or `data` is of another model; E1503: a solver of that size cannot be made;
-        E1504: what Ceres does not have; E1505: no compiler of WebAssembly.
+        E1504: what the target does not have; E1505: no compiler of WebAssembly.
 
     Examples
     --------
@@ -136,11 +138,18 @@ def export(
         samples = samples_of(functions, data, SHOWN)
     text = read_source(path).text
     files = files_of(functions, text, samples)
-    if to == "ceres":
+    if to in ("ceres", "gtsam"):
         if size is not None:
             raise AraelError(
-                Diagnostic("E1503", "a size is of the solver in C, and Ceres has its own solver")
+                Diagnostic("E1503", f"a size is of the solver in C, and {to} has its own solver")
             )
+        _require_double(functions, to)
+    if to == "gtsam":
+        stem = functions.prefix.removesuffix("_")
+        found = {name: files[name] for name in (f"{stem}.h", f"{stem}.c")}
+        found[f"{stem}_gtsam.h"] = gtsam_header(functions)
+        return Export(to, found, functions)
+    if to == "ceres":
         return Export(to, ceres_files(functions, files, text, data), functions)
     if to == "wasm" and size is None:
         if data is None:
@@ -176,14 +185,6 @@ def ceres_files(
     functions: Functions, files: Mapping[str, str], text: str, data: Model | None
 ) -> dict[str, str]:
     """Files of a project for Ceres; `main.cpp` solves the problem of `data`, if there is one."""
-    if functions.real == "float":
-        raise AraelError(
-            Diagnostic(
-                "E1504",
-                "the model is in f32, and Ceres solves in double precision",
-                help=("write --precision f64",),
-            )
-        )
     stem = functions.prefix.removesuffix("_")
     read = {group.table for group in (one.group for one in functions.constraints)}
     read |= {slot.table for one in functions.constraints for slot in one.group.slots}
@@ -194,6 +195,17 @@ def ceres_files(
         found["main.cpp"] = project.main(model_values(functions, project.rows, data))
     found["CMakeLists.txt"] = cmake_of(stem, data is not None)
     return found
+
+
+def _require_double(functions: Functions, to: str) -> None:
+    if functions.real == "float":
+        raise AraelError(
+            Diagnostic(
+                "E1504",
+                f"the model is in f32, and {to} solves in double precision",
+                help=("write --precision f64",),
+            )
+        )
 
 
 def _no_constraint(name: str, labels: Sequence[str]) -> AraelError:

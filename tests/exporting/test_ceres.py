@@ -120,5 +120,5 @@ def test_what_ceres_does_not_have_is_refused(tmp_path: Path) -> None:
     path, model = calibration(tmp_path)
     with pytest.raises(AraelError, match=r"row 2 of parameters of Sensor.* is fixed in part"):
         export(path, "ceres", data=model)
-    with pytest.raises(AraelError, match="Ceres solves in double precision"):
+    with pytest.raises(AraelError, match="ceres solves in double precision"):
         export("linear", "ceres")
