@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
-from typing import Any
 
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.sketch.server.permissions import Agent
 from arael.sketch.server.worker import Worker
 
 ANSWER_WITHIN = 120.0
-"""Seconds until a question without an answer counts as refused."""
+"""Seconds until a request without an answer counts as refused."""
+
+SILENT_FOR = 1800.0
+"""Seconds without a request after which an agent's session is over, as of the SDK's sessions."""
 
 
 class Consent:
-    """Asks the open pages, unless agents are allowed for good.
+    """Asks the open pages, unless the agent has a permission that stands.
 
     Parameters
     ----------
@@ -25,23 +27,9 @@ class Consent:
     def __init__(self, worker: Worker, address: str) -> None:
         self._worker = worker
         self._address = address
-        self._numbers = itertools.count(1)
-        self._open: dict[Any, asyncio.Future[bool]] = {}
-        self._loop: asyncio.AbstractEventLoop | None = None
-        worker.shared.on_answer = self._answered
+        self._ends: dict[str, asyncio.TimerHandle] = {}
 
-    def _answered(self, number: Any, allow: bool) -> None:
-        """An answer of a page, in the thread of the sketch."""
-        loop = self._loop
-        if loop is not None and isinstance(number, int):
-            loop.call_soon_threadsafe(self._settle, number, allow)
-
-    def _settle(self, number: int, allow: bool) -> None:
-        found = self._open.get(number)
-        if found is not None and not found.done():
-            found.set_result(allow)
-
-    async def require(self, tool: str, what: str) -> None:
+    async def require(self, agent: Agent, tool: str, what: str) -> None:
         """Return when the change is allowed.
 
         Parameters
@@ -54,7 +42,8 @@ class Consent:
             E1420: refused, or not answered; E1421: no page is open in which to ask
         """
         shared = self._worker.shared
-        if shared.agent_allowed:
+        self._last_seen(agent)
+        if shared.permissions.allows(agent):
             return
         if not shared.windows:
             raise AraelError(
@@ -67,18 +56,24 @@ class Consent:
                     ),
                 )
             )
-        self._loop = asyncio.get_running_loop()
-        number = next(self._numbers)
-        answer = self._open[number] = self._loop.create_future()
-        question = {"type": "agent", "id": number, "tool": tool, "what": what}
-        self._worker.call(lambda: shared.send(question))
+        loop = asyncio.get_running_loop()
+        answer: asyncio.Future[bool] = loop.create_future()
+
+        def settle(allow: bool) -> None:
+            if not answer.done():
+                answer.set_result(allow)
+
+        identity = await asyncio.wrap_future(
+            self._worker.call(
+                lambda: shared.permissions.ask(
+                    agent, tool, what, lambda allow: loop.call_soon_threadsafe(settle, allow)
+                )
+            )
+        )
         try:
             await self._wait(answer)
         finally:
-            del self._open[number]
-            self._worker.call(
-                lambda: shared.send({"type": "agent", "id": number, "tool": tool, "what": ""})
-            )
+            self._worker.call(lambda: shared.permissions.withdraw(identity))
         if not answer.result():
             raise AraelError(
                 Diagnostic(
@@ -87,6 +82,21 @@ class Consent:
                     help=("ask what is wanted before the next one",),
                 )
             )
+
+    def end(self, session: str) -> None:
+        """An agent's session is over: its permission ends."""
+        timer = self._ends.pop(session, None)
+        if timer is not None:
+            timer.cancel()
+        self._worker.call(lambda: self._worker.shared.permissions.revoke(session))
+
+    def _last_seen(self, agent: Agent) -> None:
+        """End the session of an agent that is silent for long."""
+        timer = self._ends.pop(agent.session, None)
+        if timer is not None:
+            timer.cancel()
+        loop = asyncio.get_running_loop()
+        self._ends[agent.session] = loop.call_later(SILENT_FOR, self.end, agent.session)
 
     async def _wait(self, answer: asyncio.Future[bool]) -> None:
         """Wait for an answer, as long as there is a page that can give one."""

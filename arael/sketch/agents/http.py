@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
+from starlette.datastructures import Headers
 from starlette.routing import BaseRoute, Route, Router
 from starlette.types import ASGIApp, Receive, Scope, Send
 
@@ -21,6 +22,8 @@ if find_spec("mcp") is None:
 TOOLS = "arael.sketch.agents.tools"
 """The module of `Agents`. With the SDK it takes half of a server's start, so that it is imported
 when the first agent comes."""
+SESSION_HEADER = "mcp-session-id"
+"""Names the session of an agent; `DELETE` ends it."""
 MAX_BODY = 4 * 1024 * 1024
 """Bytes of a request."""
 
@@ -32,7 +35,7 @@ class HttpAgents:
 
     Parameters
     ----------
-    make : the tools, called with the first request
+    make : returns the tools, the same ones each time; called with the first request
 
     Attributes
     ----------
@@ -82,3 +85,7 @@ class HttpAgents:
         self._wanted.set()
         app = await asyncio.shield(self._app)
         await app(scope, receive, send)
+        if scope["method"] == "DELETE":
+            session = Headers(scope=scope).get(SESSION_HEADER)
+            if session is not None:
+                self._make().ended(session)

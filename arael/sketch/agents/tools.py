@@ -7,18 +7,20 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from mcp.server import MCPServer
-from mcp.server.mcpserver import Image
+from mcp.server.mcpserver import Context, Image
 from mcp.server.mcpserver.exceptions import ToolError
 from mcp_types import ToolAnnotations
 
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.sketch.agents.consent import Consent
+from arael.sketch.agents.http import SESSION_HEADER
 from arael.sketch.agents.state import state_of
 from arael.sketch.commands import manual, table
 from arael.sketch.commands.session import State
 from arael.sketch.commands.tokens import Statement, lines
 from arael.sketch.document.saved import to_json
 from arael.sketch.drawing import layout, to_image, to_svg
+from arael.sketch.server.permissions import Agent
 from arael.sketch.server.worker import Worker
 from arael.version import __version__
 
@@ -26,6 +28,9 @@ _T = TypeVar("_T")
 
 MAX_SCRIPT = 1024 * 1024
 """Characters of a script."""
+
+MAX_NAME = 60
+"""Characters of an agent's name that are shown."""
 
 INSTRUCTIONS = """\
 A parametric 2D sketch editor. Geometry is drawn and constrained by commands (`get_help` lists \
@@ -80,7 +85,7 @@ class Agents:
 
     # --- tools --------------------------------------------------------------------------------
 
-    async def execute_command(self, command: str) -> dict[str, Any]:
+    async def execute_command(self, command: str, context: Context[Any, Any]) -> dict[str, Any]:
         """Run one command line of the sketch editor, such as `add_line 0,0 50,0` or `length L0 80`.
 
         Several commands may be separated by `;`: they are made together or not at all, as one step
@@ -88,14 +93,14 @@ class Agents:
         and the names of what was created. Commands that only ask (`list`, `info L0`, `free`,
         `why L0`, `what_if ...`) change nothing.
         """
-        return await self._run("execute_command", command)
+        return await self._run(context, "execute_command", command)
 
-    async def execute_script(self, script: str) -> dict[str, Any]:
+    async def execute_script(self, script: str, context: Context[Any, Any]) -> dict[str, Any]:
         """Run several command lines as one step of undo: all of them, or none if one is refused.
 
         Lines that begin with `#` are comments; `name = add_line ...` keeps a name for later lines.
         """
-        return await self._run("execute_script", script)
+        return await self._run(context, "execute_script", script)
 
     async def get_sketch_state(self) -> dict[str, Any]:
         """Describe the sketch: entities with coordinates, constraints, dimensions, parameters.
@@ -139,9 +144,13 @@ class Agents:
         """The drawing as SVG."""
         return await self._call(lambda: to_svg(layout(self._shared.session.document)))
 
+    def ended(self, session: str) -> None:
+        """A session of an agent is over."""
+        self._consent.end(session)
+
     # --- inside -------------------------------------------------------------------------------
 
-    async def _run(self, tool: str, text: str) -> dict[str, Any]:
+    async def _run(self, context: Context[Any, Any], tool: str, text: str) -> dict[str, Any]:
         self._seen()
         if len(text) > MAX_SCRIPT:
             raise ToolError(f"{len(text):,} characters; at most {MAX_SCRIPT:,} are read")
@@ -151,7 +160,7 @@ class Agents:
                 raise AraelError(Diagnostic("E1250", "expected a command, found nothing"))
             statements = [one for line in found for one in line]
             if not all(map(_only_asks, statements)):
-                await self._consent.require(tool, text)
+                await self._consent.require(_agent(context), tool, text)
         except AraelError as error:
             raise ToolError(_written(error)) from None
         outside = any(map(_is_outside, statements)) and len(found) == 1
@@ -181,6 +190,21 @@ class Agents:
         if not shared.agents:
             shared.agents = 1
             self._worker.call(shared.send_presence)
+
+
+def _agent(context: Context[Any, Any]) -> Agent:
+    """Who calls a tool.
+
+    Requests of the protocol without sessions (2026-07-28) are told apart by the name and version
+    that the agent's program gives.
+    """
+    parameters = context.session.client_params
+    name, version = "an agent", ""
+    if parameters is not None:
+        name, version = parameters.client_info.name, parameters.client_info.version
+        name = " ".join(name.split())[:MAX_NAME] or "an agent"
+    session = (context.headers or {}).get(SESSION_HEADER)
+    return Agent(session or f"{name} {version}"[: 2 * MAX_NAME], name)
 
 
 def _find(statement: Statement) -> Any:

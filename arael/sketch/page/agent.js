@@ -1,6 +1,8 @@
-/** The question of an agent that wants to change something: allow, refuse, always. */
+/** Agents that want to change something: allow, refuse, always; and the permissions that stand. */
 
-import { h } from "./dom.js";
+import { fill, h } from "./dom.js";
+
+/** @typedef {{id: string, agent: string, what: string, tool: string}} Request */
 
 /** @param {import("./app.js").App} app */
 export function askForAgents(app) {
@@ -11,7 +13,29 @@ export function askForAgents(app) {
   });
 }
 
-/** @param {import("./app.js").App} app @param {{id: number|string, what: string, tool: string}} message */
+/**
+ * The part of the status bar that lists standing permissions, each with a button that takes it back.
+ * @param {import("./app.js").App} app
+ */
+export function permissionsBar(app) {
+  const element = h("span", { class: "status-agents", role: "status", "aria-label": "agents that may draw" });
+  app.store.addEventListener("status", (event) => {
+    const message = /** @type {CustomEvent} */ (event).detail;
+    if (message.type !== "permissions") return;
+    const agents = /** @type {{session: string, name: string}[]} */ (message.agents);
+    fill(
+      element,
+      ...agents.map(({ session, name }) => {
+        const revoke = () => app.wire.revoke(session);
+        const label = `revoke the permission of ${name}`;
+        return h("span", {}, `${name} may draw `, h("button", { class: "button", "aria-label": label, onclick: revoke }, "Revoke"));
+      }),
+    );
+  });
+  return element;
+}
+
+/** @param {import("./app.js").App} app @param {Request} message */
 function ask(app, message) {
   const key = `agent-${message.id}`;
   /** @param {boolean} allow @param {boolean} [always] */
@@ -29,7 +53,7 @@ function ask(app, message) {
   );
   const note = app.notes?.show({
     level: "warning",
-    text: `An agent wants to change the sketch (${message.tool})`,
+    text: `${message.agent} wants to change the sketch (${message.tool})`,
     key,
     stays: true,
     more: [h("pre", { class: "what" }, message.what), buttons],

@@ -1,5 +1,6 @@
 /** The line at the bottom: what to do next, the cursor, grid and unit; connection, busy, windows. */
 
+import { permissionsBar } from "./agent.js";
 import { shown } from "./amounts.js";
 import { fill, h, later, once, seldom } from "./dom.js";
 import { icon } from "./icons.js";
@@ -18,7 +19,7 @@ export function mountStatus(app, element) {
   const scale = h("span", { class: "status-scale" });
   const others = h("span", { class: "status-others" });
   const link = h("span", { class: "status-link", role: "status" });
-  fill(element, hint, busy, place, scale, others, link);
+  fill(element, hint, busy, place, scale, permissionsBar(app), others, link);
 
   app.addEventListener("hint", (event) => fill(hint, /** @type {CustomEvent} */ (event).detail));
   const showPlace = () => {

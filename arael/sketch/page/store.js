@@ -14,7 +14,7 @@ const TABLES = /** @type {const} */ (["entities", "constraints", "dimensions", "
 
 /**
  * Events: "change" (records), "values" (numbers only), "verdict", "selection", "hover", "history",
- * "status" (hello, saved, presence, busy, idle, agent, view: `detail` is the message), "message", "reply".
+ * "status" (hello, saved, presence, busy, idle, agent, permissions, view: `detail` is the message), "message", "reply".
  */
 export class Store extends EventTarget {
   /** @type {Map<string, Entity>} */

@@ -104,12 +104,17 @@ export class Wire extends EventTarget {
 
   /**
    * Answer an agent's question.
-   * @param {number|string} id
+   * @param {string} id
    * @param {boolean} allow
    * @param {boolean} [always]
    */
   answer(id, allow, always = false) {
     this.send({ type: "answer", id, allow, ...(always ? { always } : {}) });
+  }
+
+  /** Take back an agent's standing permission. @param {string} session */
+  revoke(session) {
+    this.send({ type: "revoke", session });
   }
 
   /** Break off the solve that is running. */

@@ -110,9 +110,12 @@ def _file(shared: SharedSketch, window: Window, message: Message) -> Message:
 
 
 def _answer(shared: SharedSketch, window: Window, message: Message) -> None:
-    shared.on_answer(message.get("id"), bool(message.get("allow")))
-    if message.get("allow") and message.get("always"):
-        shared.agent_allowed = True
+    allow, always = message.get("allow") is True, message.get("always") is True
+    shared.permissions.answer(message.get("id"), allow, always)
+
+
+def _revoke(shared: SharedSketch, window: Window, message: Message) -> None:
+    shared.permissions.revoke(message.get("session"))
 
 
 def _nothing(shared: SharedSketch, window: Window, message: Message) -> None:
@@ -130,6 +133,7 @@ HANDLERS: Mapping[str, Handler] = MappingProxyType(
         "refresh": _refresh,
         "file": _file,
         "answer": _answer,
+        "revoke": _revoke,
         "break": _nothing,
         "latency": _nothing,
     }

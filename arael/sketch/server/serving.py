@@ -102,7 +102,8 @@ def opened(
     except BaseException:
         keeper.close(keeper.document)
         raise
-    shared.agent_allowed = allow_agents
+    if allow_agents:
+        shared.permissions.allow_every()
     worker = Worker(shared)
     shown = address.page if by_agent else "the address that the server printed"
     agents = cache(lambda: import_module(TOOLS).Agents(worker, shown))

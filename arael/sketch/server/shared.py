@@ -27,6 +27,7 @@ from arael.sketch.server.answers import answer, refusal
 from arael.sketch.server.differences import Moment, difference, make
 from arael.sketch.server.dragging import OpenDrag
 from arael.sketch.server.keeping import Keeper
+from arael.sketch.server.permissions import Permissions
 from arael.sketch.server.protocol import DragTo, json_message
 from arael.sketch.server.requests import HANDLERS
 from arael.sketch.server.verdicts import verdict
@@ -72,6 +73,7 @@ class SharedSketch:
     revision : grows with every change
     is_running : whether a command of a window or agent runs
     windows : that are open, by name
+    permissions : what a person allows agents
     """
 
     def __init__(self, session: Session, keeper: Keeper | None = None) -> None:
@@ -80,9 +82,8 @@ class SharedSketch:
         self.windows: dict[str, Window] = {}
         self.revision = secrets.randbelow(1 << 30) + 1  # unlike that of an earlier server
         self.agents = 0
-        self.agent_allowed = False
+        self.permissions = Permissions(self.send)
         self.is_running = False
-        self.on_answer: Callable[[Any, bool], None] = lambda number, allow: None
         self._moment = Moment.of(session.document)
         self._kept: deque[tuple[int, bytes]] = deque()
         self._kept_bytes = 0
@@ -131,7 +132,6 @@ class SharedSketch:
                 "unit": self.session.document.unit,
                 "file": self.keeper.path.name if self.keeper else "",
                 "readonly": False,
-                "agent": {"allowed": self.agent_allowed},
                 "version": __version__,
             },
             self.revision,
@@ -144,6 +144,8 @@ class SharedSketch:
                 window.link.send(message)
             window.shown = self._moment.values
         window.send(self._history())
+        for content in self.permissions.messages():
+            window.send(content)
         self._judged = -1
         self.send_presence()
         return window

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import json
 import os
@@ -22,10 +23,12 @@ optional.require("websockets")
 optional.require("mcp")
 
 from mcp import Client, StdioServerParameters  # noqa: E402
+from mcp_types import Implementation  # noqa: E402
 
 from tests.event_loop import completed  # noqa: E402
 from tests.sketch.server.client import Page  # noqa: E402
 from tests.sketch.server.process import ServerProcess  # noqa: E402
+from tests.sketch.server.shared import Local, shared_sketch  # noqa: E402
 
 Use = Callable[[Client], Awaitable[Any]]
 RECTANGLE = "add_rect 0,0 50,30 hv"
@@ -41,11 +44,11 @@ def stdio(folder: Path, *options: str) -> StdioServerParameters:
     return StdioServerParameters(command=sys.executable, args=arguments, cwd=str(folder), env=env)
 
 
-def use(target: Any, function: Use) -> Any:
+def use(target: Any, function: Use, **options: Any) -> Any:
     """Connect an agent and let a function use it."""
 
     async def run() -> Any:
-        async with Client(target, read_timeout_seconds=60) as client:
+        async with Client(target, read_timeout_seconds=60, **options) as client:
             return await function(client)
 
     return completed(run())
@@ -254,7 +257,10 @@ class Person(threading.Thread):
             if answer.get("close"):
                 self.page.close()
                 return
+            again = answer.pop("again", None)
             self.page.send({"type": "answer", "id": question["id"], **answer})
+            if again is not None:
+                self.page.send({"type": "answer", "id": question["id"], **again})
 
 
 def test_a_person_refuses_and_allows(server: ServerProcess) -> None:
@@ -277,6 +283,117 @@ def test_a_person_allows_for_good(tmp_path: Path) -> None:
         found = use(http(own), attempts)
         person.join(30)
     assert all(fine for fine, _ in found) and len(person.asked) == 1
+
+
+@pytest.mark.parametrize("mode", ["legacy", "auto"])
+def test_a_permission_is_one_agents_and_is_revoked(server: ServerProcess, mode: str) -> None:
+    person = Person(server, [{"allow": True, "always": True}, *[{"allow": False}] * 4])
+    page = person.page
+
+    async def all_of() -> tuple[list[tuple[bool, str]], ...]:
+        painter, other = (
+            Client(http(server), mode=mode, client_info=Implementation(name=name, version="1"))
+            for name in ("Painter", "Other")
+        )
+        async with painter as permitted, other as stranger:
+            first = await attempts(permitted)
+            second = await attempts(stranger)
+            (standing,) = permissions(page)
+            assert standing["name"] == "Painter"
+            page.send({"type": "revoke", "session": "another"})
+            page.send({"type": "revoke", "session": standing["session"]})
+            while permissions(page):  # the thread of the person reads
+                await asyncio.sleep(0.01)
+            return first, second, await attempts(permitted)
+
+    permitted, refused, revoked = completed(all_of())
+    person.join(30)
+    assert [fine for fine, _ in (*permitted, *refused, *revoked)] == [True] * 2 + [False] * 4
+    assert [one["agent"] for one in person.asked] == ["Painter", "Other", "Other", *["Painter"] * 2]
+    assert permissions(page) == []
+    page.run("clear")
+    page.close()
+
+
+def test_a_permission_ends_with_the_session(server: ServerProcess) -> None:
+    person = Person(server, [{"allow": True, "always": True}])
+    assert all(fine for fine, _ in use(http(server), attempts, mode="legacy"))
+    person.join(30)
+    if permissions(person.page):
+        person.page.until(lambda m: m["type"] == "permissions" and not m["agents"])
+    person.page.run("clear")
+    person.page.close()
+
+
+def permissions(page: Page) -> list[dict[str, Any]]:
+    """The permissions that stand, as the page was told last."""
+    found: list[dict[str, Any]] = next(
+        m["agents"] for m in reversed(page.messages) if m["type"] == "permissions"
+    )
+    return found
+
+
+def test_a_silent_agent_has_no_permission_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    from arael.sketch.agents import consent
+    from arael.sketch.server.permissions import Agent
+    from arael.sketch.server.worker import Worker
+
+    monkeypatch.setattr(consent, "SILENT_FOR", 0.0)
+    shared = shared_sketch()
+    shared.permissions._standing["s"] = agent = Agent("s", "Painter")
+
+    async def silent() -> None:
+        await consent.Consent(worker, "").require(agent, "tool", "list")
+        await asyncio.sleep(0.1)
+
+    worker = Worker(shared)
+    worker.start()
+    completed(silent())
+    worker.stop()
+    assert not shared.permissions.allows(agent)
+
+
+def test_that_every_agent_is_allowed_is_shown_and_revoked() -> None:
+    from arael.sketch.server.permissions import Agent
+
+    shared = shared_sketch()
+    shared.permissions.allow_every()
+    page = Local(shared)
+    assert page.last("permissions")["agents"] == [{"session": "", "name": "every agent"}]
+    assert shared.permissions.allows(Agent("s", "any"))
+    shared.receive(page.window, {"type": "revoke", "session": ""})
+    assert page.last("permissions")["agents"] == []
+    assert not shared.permissions.allows(Agent("s", "any"))
+
+
+def test_a_page_that_opens_later_has_the_request_too() -> None:
+    from arael.sketch.server.permissions import Agent
+
+    shared = shared_sketch()
+    answers: list[bool] = []
+    identity = shared.permissions.ask(Agent("s", "Painter"), "tool", "undo", answers.append)
+    page = Local(shared)
+    assert page.last("agent")["id"] == identity
+    for allow in (True, False):
+        shared.receive(page.window, {"type": "answer", "id": identity, "allow": allow})
+    assert answers == [True]
+
+
+@pytest.mark.parametrize("always", [True, False])
+def test_a_request_is_answered_once(server: ServerProcess, always: bool) -> None:
+    """A second answer neither changes the first nor gives a permission for good."""
+    first = {"allow": False, "again": {"allow": True, "always": always}}
+    person = Person(server, [first, {"allow": False}])
+    found = use(http(server), attempts)
+    person.join(30)
+    assert [fine for fine, _ in found] == [False, False] and len(person.asked) == 2
+    identities = [one["id"] for one in person.asked]
+    assert len(set(identities)) == 2
+    person.page.run("list")
+    over = [m["id"] for m in person.page.messages if m["type"] == "agent_answered"]
+    assert over == identities  # once each; nothing else that a page could take for a request
+    assert [m["id"] for m in person.page.messages if m["type"] == "agent"] == identities
+    person.page.close()
 
 
 def test_a_page_that_closes_counts_as_refusal(server: ServerProcess) -> None:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
+import threading
+from queue import SimpleQueue
 from typing import Any
 
 import pytest
 
+from tests import optional
+from tests.event_loop import completed
 from tests.sketch.browser.exercised import exercises
 from tests.sketch.browser.panels import RECTANGLE, connected, length, press, run, wait
 
@@ -297,18 +302,62 @@ def test_an_agent_is_refused_or_allowed(page: Any) -> None:
     page.evaluate(
         "() => { window.sent = []; app.wire.answer = (...given) => window.sent.push(given); }"
     )
-    question = {"type": "agent", "id": 7, "what": "delete L0", "tool": "execute_command"}
+    question = {"type": "agent", "id": "7f", "agent": "Painter", "what": "delete L0", "tool": "run"}
     for button, answer in {
-        "Allow": [7, True, False],
-        "Refuse": [7, False, False],
-        "Always allow": [7, True, True],
+        "Allow": ["7f", True, False],
+        "Refuse": ["7f", False, False],
+        "Always allow": ["7f", True, True],
     }.items():
         page.evaluate(ask, question)
         note = page.locator(".note.warning")
-        assert "delete L0" in note.inner_text()
+        assert "delete L0" in note.inner_text() and "Painter" in note.inner_text()
         note.get_by_role("button", name=button, exact=True).click()
         assert page.evaluate("window.sent.pop()") == answer
         assert note.count() == 0
+
+
+def test_an_agents_permission_is_shown_and_revoked(editor: Any) -> None:
+    """By the SDK's client: allowed for good, drawn, revoked in the status bar, asked again."""
+    optional.require("mcp")
+    page = editor.page
+    connected(page)
+    bar = page.locator(".status-agents")
+    assert bar.inner_text() == ""
+    replies: list[bool] = []
+
+    def draw() -> None:
+        from mcp import Client
+
+        async def run() -> None:
+            async with Client(editor.server.agents) as client:
+                for place in ("0,0", "5,0", "9,0"):
+                    found = await client.call_tool(
+                        "execute_command", {"command": f"add_point {place}"}
+                    )
+                    replies.append(not found.is_error)
+                    drawn.set()
+                    if place != "9,0":
+                        await asyncio.to_thread(go_on.get)
+
+        completed(run())
+
+    drawn, go_on = threading.Event(), SimpleQueue[None]()
+    agent = threading.Thread(target=draw, daemon=True)
+    agent.start()
+    request = page.locator(".note.warning")
+    request.get_by_role("button", name="Always allow").click()
+    wait(page, "app.store.entities.size === 1")
+    assert request.count() == 0 and "may draw" in bar.inner_text()
+    go_on.put(None)
+    wait(page, "app.store.entities.size === 2")
+    assert request.count() == 0
+    bar.get_by_role("button").click()
+    wait(page, "document.querySelector('.status-agents').innerText === ''")
+    go_on.put(None)
+    request.get_by_role("button", name="Refuse").click()
+    agent.join(30)
+    assert replies == [True, True, False]
+    assert page.evaluate("app.store.entities.size") == 2 and request.count() == 0
 
 
 def test_what_runs_long_is_shown_and_can_be_broken_off(own_page: Any) -> None:

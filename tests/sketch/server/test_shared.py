@@ -34,7 +34,7 @@ def test_a_window_is_greeted_and_gets_the_document(page: Local) -> None:
     kinds = [message["type"] for message in page.messages]
     assert kinds[:2] == ["hello", "snapshot"]
     assert {"history", "presence"} <= set(kinds)
-    assert page.hello["unit"] == "mm" and not page.hello["agent"]["allowed"]
+    assert page.hello["unit"] == "mm" and page.last("permissions")["agents"] == []
 
 
 def test_what_one_window_changes_the_other_shows(shared: SharedSketch, page: Local) -> None:
