@@ -146,13 +146,32 @@ def compress(content: bytes) -> bytes:
     return gzip.compress(content, 6, mtime=0)
 
 
+def why_read_only(path: StrPath) -> str:
+    """Why a file must not be written or replaced; empty if it may be.
+
+    A rename needs only a folder that is writable, and the administrator may write everything: so
+    the permissions of the file itself are looked at, and whether anybody has them.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists() and not _has_write_permission(target):
+        return "the file is read-only"
+    if target.parent.is_dir() and not _has_write_permission(target.parent):
+        return "the folder is read-only"
+    return ""
+
+
+def _has_write_permission(path: Path) -> bool:
+    return bool(path.stat().st_mode & 0o222) and os.access(path, os.W_OK)
+
+
 def write_whole(path: StrPath, write: Callable[[BinaryIO], object]) -> None:
     """Write a file atomically: the old file stays until the new content is safely on disk.
 
     Raises
     ------
     AraelError
-        E0715 on a system error (no space, no permission, no such folder).
+        E0715 on a system error (no space, no permission, no such folder), and for a file that is
+        read-only, though it could be replaced.
     """
     name = shown(path)
     target = Path(os.path.realpath(path))
@@ -164,6 +183,9 @@ def write_whole(path: StrPath, write: Callable[[BinaryIO], object]) -> None:
             with open(target, "wb") as special:  # a pipe or a device cannot be replaced
                 write(special)
             return
+        reason = why_read_only(target)
+        if reason:
+            raise PermissionError(errno.EACCES, reason)
         mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else _default_mode()
         handle, temporary = tempfile.mkstemp(
             prefix=f".{target.name[:100]}.", suffix=".tmp", dir=target.parent

@@ -14,6 +14,7 @@ import { readable, steps } from "../../arael/sketch/page/panels/history.js";
 import { found } from "../../arael/sketch/page/panels/relations.js";
 import { TOOLS } from "../../arael/sketch/page/tools/index.js";
 import { summary } from "../../arael/sketch/page/top.js";
+import { amount, argument } from "../../arael/sketch/page/tools/compose.js";
 import { STEPS } from "../../arael/sketch/page/tour.js";
 import { sketch } from "./panels_fakes.js";
 
@@ -92,12 +93,24 @@ test("redundant constraints are reported apart from impossible ones", () => {
   assert.equal(verdict({ C4: "redundant" }).text, "1 redundant");
   assert.equal(verdict({ C4: "impossible", C0: "redundant" }).text, "1 impossible");
   assert.equal(verdict({ C4: "here" }).state, "free");
+  store.revision += 1; // a command has run: what holds now is not known
+  assert.deepEqual([summary(store).state, summary(store).text], ["unknown", "checking ..."]);
+  store.receive({ type: "unjudged", revision: store.revision });
+  assert.equal(summary(store).text, "not checked");
 });
 
 test("commands of a hint that take something out are offered", () => {
   const hint = "`delete CL2H` would give it something to hold; `force` lets it in as it is";
   assert.deepEqual(offers(hint), ["delete CL2H"]);
   assert.deepEqual(offers("set it first: `foo = 5`"), []);
+});
+
+test("what is typed stays one word of a command", () => {
+  assert.equal(argument("width"), "width");
+  assert.equal(argument("y 5; add_point 7,7 #"), '"y 5; add_point 7,7 #"');
+  assert.equal(argument('a" ; clear'), '"a"" ; clear"');
+  assert.deepEqual([amount("12.5"), amount("width / 2"), amount("=w*2")], ["12.5", '"width / 2"', '"=w*2"']);
+  assert.deepEqual([amount(">= 5 mm"), amount("5 to w + 1")], ['>= "5 mm"', '5 to "w + 1"']);
 });
 
 test("the place of an error is marked within the text", () => {

@@ -13,9 +13,8 @@ from arael.sketch.commands.numbers import exact
 from arael.sketch.commands.tokens import Statement, Token, fail, split
 from arael.sketch.document.handles import point_offsets, split_handle, takes
 from arael.sketch.document.records import Amount, Entity
-from arael.sketch.expressions.evaluation import Value, evaluate
+from arael.sketch.expressions.evaluation import Value, evaluate, require_quantity
 from arael.sketch.expressions.functions import CONSTANTS
-from arael.sketch.expressions.quantities import require_quantity
 from arael.sketch.expressions.reading import literal, moved, read
 from arael.sketch.expressions.scope import DocumentScope
 from arael.sketch.expressions.vectors import Vec

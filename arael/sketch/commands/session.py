@@ -447,9 +447,9 @@ class SessionScope(DocumentScope):
             return self.value(path)
         return super().operand(found) if not path.startswith("_c") else self.value(path)
 
-    def is_angle(self, path: str) -> bool:
+    def quantity(self, path: str) -> str:
         """Whether a name is an angle in degrees."""
-        return super().is_angle(self.session.resolve(path))
+        return super().quantity(self.session.resolve(path))
 
     def names(self) -> list[str]:
         """Names that something has, for suggestions."""

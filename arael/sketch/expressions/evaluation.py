@@ -6,13 +6,13 @@ import math
 import operator
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple, NoReturn, Protocol
+from typing import Any, NamedTuple, NoReturn, Protocol, cast
 
 from arael.diagnostics.records import AraelError, Diagnostic, Span
 from arael.diagnostics.suggest import closest
 from arael.sketch.expressions.functions import GEOMETRY, TRIGONOMETRY, scalar_functions
 from arael.sketch.expressions.reading import Expression, chain, path_of, read
-from arael.sketch.expressions.units import factor
+from arael.sketch.expressions.units import SPELLED, UNITS, factor
 from arael.sketch.expressions.vectors import Vec
 from arael.syntax import tree
 
@@ -41,15 +41,22 @@ class Scope(Protocol):
     def operand(self, path: str) -> Any:
         """What a geometric function reads by a name; raises `NoValueError`."""
 
-    def is_angle(self, path: str) -> bool:
-        """Whether a name is an angle in degrees."""
+    def quantity(self, path: str) -> str:
+        """``length``, ``angle`` (in degrees) or ``area`` if a name is one, else empty."""
 
 
 class Compiled(NamedTuple):
-    """A part of an expression as a function of the scope."""
+    """A part of an expression as a function of the scope.
+
+    Attributes
+    ----------
+    run : its value
+    quantity : ``length``, ``angle`` or ``area`` if it is one, empty for a plain number and where it
+        is not known; raises E1261 where a length is added to an angle
+    """
 
     run: Callable[[Scope], Value]
-    is_angle: Callable[[Scope], bool]
+    quantity: Callable[[Scope], str]
 
 
 def evaluate(text: str, scope: Scope) -> Value:
@@ -62,9 +69,11 @@ def evaluate(text: str, scope: Scope) -> Value:
     ------
     AraelError
         Errors of reading; E1262: a name without value; E1263: no finite value; E1253: numbers and
-        coordinates mixed. Places are in a source of the text.
+        coordinates mixed; E1261: a length added to an angle. Places are in a source of the text.
     """
-    value = compiled(text).run(scope)
+    found = compiled(text)
+    value = found.run(scope)
+    found.quantity(scope)
     if not (math.isfinite(value) if type(value) is float else _is_finite(value)):
         expression = read(text)
         _wrong("E1263", f"its value is not finite: {value}", _whole(expression), "no finite value")
@@ -78,6 +87,34 @@ def number(text: str, scope: Scope) -> float:
         help_ = "take a part of it: `p.x` or `p.y`, or use `dist`"
         _wrong("E1254", "expected a number, found a coordinate", _whole(read(text)), help_=help_)
     return value
+
+
+class _Literals:
+    """A scope in which only literals have units."""
+
+    def quantity(self, path: str) -> str:
+        return ""
+
+
+def require_quantity(text: str, quantity: str) -> None:
+    """Refuse ``12 mm`` for an angle and ``30 deg`` for a length; names may be taken as numbers.
+
+    Raises
+    ------
+    AraelError
+        E1261 with the place in the text.
+    """
+    if quantity not in ("length", "angle"):
+        return
+    found = compiled(text).quantity(cast(Scope, _Literals()))
+    if not found or found == quantity:
+        return
+    names = ", ".join(
+        written for written, name in SPELLED.items() if UNITS[name].quantity == quantity
+    )
+    message = f"expected {_article(quantity)}, found {_article(found)}"
+    help_ = f"units of {quantity}s are {names}"
+    _wrong("E1261", message, _whole(read(text)), help_=help_)
 
 
 @lru_cache(maxsize=8192)
@@ -100,12 +137,16 @@ def _wrong(code: str, message: str, span: Span, label: str = "", help_: str = ""
     raise AraelError(Diagnostic(code, message, span, label, help=(help_,) if help_ else ()))
 
 
-def _never(scope: Scope) -> bool:
-    return False
+def _plain(scope: Scope) -> str:
+    return ""
 
 
-def _always(scope: Scope) -> bool:
-    return True
+def _length(scope: Scope) -> str:
+    return "length"
+
+
+def _angle(scope: Scope) -> str:
+    return "angle"
 
 
 def _compile(node: tree.Expr) -> Compiled:
@@ -120,7 +161,7 @@ def _compile(node: tree.Expr) -> Compiled:
         inner = _compile(node.operand)
         if node.op == "+":
             return inner
-        return Compiled(lambda scope: -inner.run(scope), inner.is_angle)
+        return Compiled(lambda scope: -inner.run(scope), inner.quantity)
     if isinstance(node, tree.Binary):
         return _binary(node)
     if isinstance(node, tree.Conditional):
@@ -132,13 +173,13 @@ def _compile(node: tree.Expr) -> Compiled:
 def _number(node: tree.Number) -> Compiled:
     value = float(node.text)
     if node.unit is None:
-        return Compiled(lambda scope: value, _never)
+        return Compiled(lambda scope: value, _plain)
     unit = node.unit.text
     unit = "in" if unit == "inch" else unit
     if unit in ("deg", "rad"):
         degrees = value * factor(unit, "mm")
-        return Compiled(lambda scope: degrees, _always)
-    return Compiled(lambda scope: value * factor(unit, scope.unit), _never)
+        return Compiled(lambda scope: degrees, _angle)
+    return Compiled(lambda scope: value * factor(unit, scope.unit), _length)
 
 
 def _named(path: str, span: Span) -> Compiled:
@@ -148,7 +189,7 @@ def _named(path: str, span: Span) -> Compiled:
         except NoValueError as error:
             _unnamed(error, span)
 
-    return Compiled(run, lambda scope: scope.is_angle(path))
+    return Compiled(run, lambda scope: scope.quantity(path))
 
 
 def _unnamed(error: NoValueError, span: Span) -> NoReturn:
@@ -166,7 +207,7 @@ def _part(node: tree.Attribute) -> Compiled:
         what = "a coordinate has `x` and `y`" if isinstance(value, Vec) else "a number has no parts"
         _wrong("E1262", what, node.name_span, help_="write `.x` or `.y` after a coordinate")
 
-    return Compiled(run, _never)
+    return Compiled(run, _plain)
 
 
 _BINARY: dict[str, Callable[[Any, Any], Any]] = {
@@ -197,19 +238,23 @@ def _binary(node: tree.Binary) -> Compiled:
             value = _apply(op, value, right.run(scope), span)
         return value
 
-    def is_angle(scope: Scope) -> bool:
-        angle = first.is_angle(scope)
-        for op, right, _ in steps:
-            other = right.is_angle(scope)
-            if op in ("+", "-"):
-                angle = angle or other
+    def quantity(scope: Scope) -> str:
+        found = first.quantity(scope)
+        for op, right, span in steps:
+            other = right.quantity(scope)
+            if op in _COMPARISONS or op in ("+", "-"):
+                if found and other and found != other:
+                    verb = "compared" if op in _COMPARISONS else "added"
+                    what = f"{_article(found)} and {_article(other)} cannot be {verb}"
+                    _wrong("E1261", what, span)
+                found = "" if op in _COMPARISONS else found or other
             elif op == "*":
-                angle = angle != other
+                found = "" if found and other else found or other
             else:
-                angle = op == "/" and angle and not other
-        return angle
+                found = found if op == "/" and not other else ""
+        return found
 
-    return Compiled(run, is_angle)
+    return Compiled(run, quantity)
 
 
 def _apply(op: str, a: Value, b: Value, span: Span) -> Value:
@@ -225,6 +270,10 @@ def _apply(op: str, a: Value, b: Value, span: Span) -> Value:
     return float(bool(found)) if op in _COMPARISONS else found
 
 
+def _article(quantity: str) -> str:
+    return "a length" if quantity == "length" else f"an {quantity}"
+
+
 def _kind(value: Value) -> str:
     return "a coordinate" if isinstance(value, Vec) else "a number"
 
@@ -233,7 +282,7 @@ def _conditional(node: tree.Conditional) -> Compiled:
     cond, then, other = _compile(node.cond), _compile(node.then), _compile(node.otherwise)
     return Compiled(
         lambda scope: then.run(scope) if cond.run(scope) else other.run(scope),
-        lambda scope: then.is_angle(scope) or other.is_angle(scope),
+        lambda scope: then.quantity(scope) or other.quantity(scope),
     )
 
 
@@ -260,7 +309,7 @@ def _call(node: tree.Call) -> Compiled:
 
     def run(scope: Scope) -> Value:
         values = [arg.run(scope) for arg in args]
-        if turns and args[0].is_angle(scope) and not isinstance(values[0], Vec):
+        if turns and args[0].quantity(scope) == "angle" and not isinstance(values[0], Vec):
             values[0] = math.radians(values[0])
         numbers = [value for value in values if not isinstance(value, Vec)]
         if len(numbers) < len(values):
@@ -272,7 +321,12 @@ def _call(node: tree.Call) -> Compiled:
             _wrong("E1263", f"`{name}({shown})` has no value", node.span, "no value")
 
     keeps = name in ("abs", "min", "max")
-    return Compiled(run, lambda scope: keeps and any(arg.is_angle(scope) for arg in args))
+
+    def quantity(scope: Scope) -> str:
+        found = [arg.quantity(scope) for arg in args]  # of every one: sums within are checked
+        return next(filter(None, found), "") if keeps else ""
+
+    return Compiled(run, quantity)
 
 
 def _geometric(node: tree.Call, name: str) -> Compiled:
@@ -302,7 +356,7 @@ def _geometric(node: tree.Call, name: str) -> Compiled:
             _wrong("E1263", f"`{name}` has no value: {error}", node.span, "no value")
         return found
 
-    return Compiled(run, lambda scope: name == "angle")
+    return Compiled(run, lambda scope: "angle" if name == "angle" else "")
 
 
 def _what(operand: Any) -> str:

@@ -178,7 +178,7 @@ class _Resolver:
         if name in GEOMETRY:
             return self._geometric(node, name)
         args = [self._write(arg, depth) for arg in node.args]
-        if name in TRIGONOMETRY and compiled_is_angle(node.args[0], self.scope):
+        if name in TRIGONOMETRY and _is_angle(node.args[0], self.scope):
             args[0] = f"({args[0]} * {math.pi / 180.0!r})"
         if name in ("min", "max") and len(args) > 2:
             first, *others = args
@@ -218,9 +218,9 @@ class _Resolver:
         return entity is not None and entity.kind == "line"
 
 
-def compiled_is_angle(node: tree.Expr, scope: DocumentScope) -> bool:
+def _is_angle(node: tree.Expr, scope: DocumentScope) -> bool:
     """Whether a part of an expression is an angle in degrees."""
-    return compiled(node.span.text).is_angle(scope)
+    return compiled(node.span.text).quantity(scope) == "angle"
 
 
 def _direction(line: str) -> tuple[str, str]:

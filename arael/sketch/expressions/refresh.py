@@ -23,8 +23,7 @@ from arael.sketch.expressions.dependencies import (
     reads,
     reads_geometry,
 )
-from arael.sketch.expressions.evaluation import number
-from arael.sketch.expressions.quantities import require_quantity
+from arael.sketch.expressions.evaluation import number, require_quantity
 from arael.sketch.expressions.reading import literal
 from arael.sketch.expressions.scope import DocumentScope
 

@@ -75,14 +75,18 @@ class DocumentScope:
             return curve_of(self.document, entity)
         return self.value(path)
 
-    def is_angle(self, path: str) -> bool:
-        """Whether a name is an angle in degrees."""
+    def quantity(self, path: str) -> str:
+        """``length``, ``angle`` or ``area`` if a name is one, else empty."""
         dimension = self.document.dimensions.get(path)
         if dimension is not None:
-            return DIMENSIONS[dimension.kind].quantity == "angle"
+            return DIMENSIONS[dimension.kind].quantity
         if path in self.document.parameters:
-            return self._parameter_is_angle(path)
-        return path.rpartition(".")[2] in ANGLES
+            return self._quantity_of_parameter(path)
+        name, _, rest = path.partition(".")
+        entity = self.document.entities.get(name)
+        if entity is None or not rest or rest in point_offsets(entity):
+            return ""
+        return "angle" if rest in ANGLES else "length"
 
     def names(self) -> list[str]:
         """Names that have a value by themselves, and entities."""
@@ -95,12 +99,12 @@ class DocumentScope:
         help_ = f"did you mean `{near[0]}`?" if near else f"make it a parameter: `param {name} 10`"
         return NoValueError(f"no parameter, dimension or entity `{name[:60]}`", help_)
 
-    def _parameter_is_angle(self, name: str, depth: int = 0) -> bool:
-        if depth > 50 or self._within > 50:
-            return False
+    def _quantity_of_parameter(self, name: str) -> str:
+        if self._within > 50:
+            return ""
         self._within += 1
         try:
-            return compiled(self.document.parameters[name].amount.text).is_angle(self)
+            return compiled(self.document.parameters[name].amount.text).quantity(self)
         finally:
             self._within -= 1
 

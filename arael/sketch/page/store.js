@@ -14,7 +14,7 @@ const TABLES = /** @type {const} */ (["entities", "constraints", "dimensions", "
 
 /**
  * Events: "change" (records), "values" (numbers only), "verdict", "selection", "hover", "history",
- * "status" (hello, saved, presence, busy, idle, agent, permissions, view: `detail` is the message), "message", "reply".
+ * "status" (hello, saved, presence, unjudged, busy, idle, agent, permissions, view: `detail` is the message), "message", "reply".
  */
 export class Store extends EventTarget {
   /** @type {Map<string, Entity>} */
@@ -35,6 +35,8 @@ export class Store extends EventTarget {
   verdict = { revision: 0, freedoms: 0, entities: {}, constraints: {}, points: {} };
   history = { done: /** @type {string[]} */ ([]), undone: /** @type {string[]} */ ([]) };
   revision = 0;
+  /** The revision of which there is no verdict, since that was broken off. */
+  unjudged = 0;
   unit = "mm";
   file = "";
   /** @type {Record<string, unknown>} */
@@ -150,6 +152,10 @@ export class Store extends EventTarget {
         this._emit(message.type, message);
         return true;
       default:
+        if (message.type === "unjudged") {
+          this.unjudged = message.revision;
+          this._emit("verdict");
+        }
         if (message.type === "hello") {
           this.unit = message.unit ?? this.unit;
           this.file = message.file ?? "";
@@ -233,6 +239,11 @@ export class Store extends EventTarget {
     if (settings) this.settings = settings;
     const unit = message.unit ?? message.settings?.unit;
     if (typeof unit === "string") this.unit = unit;
+  }
+
+  /** Whether the verdict is one on what is shown. */
+  get isJudged() {
+    return this.verdict.revision === this.revision;
   }
 
   /** Take out of the selection what is no longer there. */

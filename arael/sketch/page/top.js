@@ -14,6 +14,7 @@ export function mountTop(app, element) {
   const undo = actionButton(app, "undo");
   const redo = actionButton(app, "redo");
   const name = h("span", { class: "file-name" });
+  const readOnly = h("span", { class: "read-only", role: "status", hidden: true }, icon("warning"), "read-only");
   const saved = h("span", { class: "saved", role: "status" });
   const freedoms = h("button", { class: "freedoms-button", onclick: () => app.panels?.toggle("freedom") });
   const strip = h("div", { class: "strip" });
@@ -26,7 +27,7 @@ export function mountTop(app, element) {
       h("span", { class: "divider", role: "presentation" }),
       undo,
       redo,
-      h("div", { class: "file" }, name, saved),
+      h("div", { class: "file" }, name, readOnly, saved),
       freedoms,
       actionButton(app, "fit"),
       actionButton(app, "theme"),
@@ -64,6 +65,8 @@ export function mountTop(app, element) {
     const message = /** @type {CustomEvent} */ (event).detail;
     if (message.type === "hello") {
       fill(name, message.file || "not in a file");
+      readOnly.hidden = !message.readonly;
+      readOnly.title = `${message.readonly}: changes are not kept. The command "save other.json" writes a copy.`;
       app.root.ownerDocument.title = `${message.file || "sketch"} – arael`;
     }
     if (message.type === "saved") {
@@ -80,6 +83,10 @@ export function mountTop(app, element) {
  * @param {import("./store.js").Store} store
  */
 export function summary(store) {
+  if (!store.isJudged) {
+    const text = store.unjudged === store.revision ? "not checked" : "checking ...";
+    return { state: "unknown", sign: "panel_freedom", text, title: "What can still move is not known yet" };
+  }
   const { freedoms, constraints } = store.verdict;
   const states = Object.values(constraints);
   const bad = states.filter((state) => state === "impossible").length;

@@ -4,7 +4,7 @@ import { amountText } from "./amounts.js";
 import { Completion } from "./completion.js";
 import { fill, h, later } from "./dom.js";
 import { failure } from "./failure.js";
-import { quoted } from "./tools/compose.js";
+import { amount, quoted } from "./tools/compose.js";
 
 /**
  * @typedef {import("./app.js").App} App
@@ -90,7 +90,7 @@ export class Typing {
       at: this._drawn(name) ?? this._middle(record.args),
       title: `${name}: ${record.kind} ${record.args.join(" ")}`,
       text: amountText(record),
-      commit: (text) => this.app.wire.run(`set_driven ${name} ${text}`),
+      commit: (text) => this.app.wire.run(`set_driven ${name} ${amount(text)}`),
     });
   }
 
@@ -114,7 +114,7 @@ export class Typing {
       at: this._middle(names),
       title: `${spec.title} ${names.join(" ")}`,
       text: reply?.ok ? reply.text : "",
-      commit: (text) => this.app.wire.run(`${spec.id} ${names.join(" ")} ${text}`),
+      commit: (text) => this.app.wire.run(`${spec.id} ${names.join(" ")} ${amount(text)}`),
     });
   }
 
@@ -156,8 +156,8 @@ export class Typing {
   _refused(reply, text) {
     fill(this.problem, failure(this.app, reply, "", ""));
     const { from, to } = reply.error ?? {};
-    // the place is one of the whole command, the text its end
-    const source = this.request?.name ? `set_driven ${this.request.name} ` : "";
+    // the place is one of the whole command, the text its end, in quotes if it is more than a word
+    const source = this.request?.name ? `set_driven ${this.request.name} ${amount(text) === text ? "" : '"'}` : "";
     if (source && typeof from === "number" && typeof to === "number" && from >= source.length) {
       this.input.setSelectionRange(from - source.length, to - source.length);
     } else this.input.setSelectionRange(0, text.length);

@@ -8,7 +8,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.io.files import write_whole
+from arael.io.files import why_read_only, write_whole
 from arael.sketch.document.document import Document
 from arael.sketch.document.saved import from_json, load, to_json
 from arael.sketch.server.differences import Difference
@@ -29,6 +29,7 @@ class Keeper:
     ----------
     document : as it was read, changes of the journal included
     recovered : how many changes of the journal
+    read_only : why the file cannot be written, empty if it can: changes are not kept then
     due : when the file is to be written, by `time.monotonic`
 
     Raises
@@ -42,6 +43,11 @@ class Keeper:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.read_only = why_read_only(path)
+        self._lock: FileLock | None = None
+        if self.read_only:  # no lock or journal beside it
+            self._read()
+            return
         self._lock = FileLock(str(path.with_name(f".{path.name}.lock")))
         try:
             self._lock.acquire(timeout=0)
@@ -74,14 +80,17 @@ class Keeper:
         if self._journal.path.exists():
             self.recovered = replay(self._journal.path, base, self.document)
             from_json(to_json(self.document), str(self._journal.path))  # as strict as a file
-            if self.recovered:
+            if self.recovered and not self.read_only:
                 self._write(self.document)
-            self._journal.path.unlink(missing_ok=True)
+            if not self.read_only:
+                self._journal.path.unlink(missing_ok=True)
 
     # --- changes ------------------------------------------------------------------------------
 
     def note(self, title: str, change: Difference) -> str:
         """Put a change on disk; what went wrong, empty if nothing did."""
+        if self.read_only:
+            return ""
         self._last = time.monotonic()
         self._first = self._first or self._last
         try:
@@ -105,6 +114,8 @@ class Keeper:
     def save(self, document: Document) -> str:
         """Write the file; what went wrong, empty if nothing did."""
         self._first = 0.0
+        if self.read_only:
+            return f"not saved: {self.read_only}; `save other.json` keeps this sketch"
         if self._stamped() != self._stamp:
             return (
                 f"not saved: {self.path.name} was changed by another program; "
@@ -140,5 +151,6 @@ class Keeper:
         """Write what is not written yet, and free the file."""
         problem = self.save(document) if self.is_due else ""
         self._journal.close()
-        self._lock.release()
+        if self._lock is not None:
+            self._lock.release()
         return problem

@@ -110,6 +110,8 @@ def opened(
     tokens = {"/socket": address.token, "/mcp": address.agent_token}
     server = Server(worker, tokens, HttpAgents(agents))
     say(f"editing {keeper.path}")
+    if keeper.read_only:
+        say(f"{keeper.read_only}: changes are not kept; `save other.json` writes a copy")
     say(f"open {address.page}")
     say(f"agents connect to {address.agents}")
     return Opened(server, agents, listener, address.page)

@@ -131,7 +131,7 @@ class SharedSketch:
                 "revision": self.revision,
                 "unit": self.session.document.unit,
                 "file": self.keeper.path.name if self.keeper else "",
-                "readonly": False,
+                "readonly": self.keeper.read_only if self.keeper else "",
                 "version": __version__,
             },
             self.revision,
@@ -522,6 +522,7 @@ class SharedSketch:
 
     def _not_judged(self, error: Exception) -> None:
         """There is no verdict: a person broke it off, or there is a mistake in arael."""
+        self.send({"type": "unjudged", "revision": self.revision})
         if isinstance(error, AraelError) and error.diagnostics[0].code == "E1235":
             self._unjudged = True
             self.send({"type": "message", "level": "info", "text": VERDICT_BROKEN_OFF})

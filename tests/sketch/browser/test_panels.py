@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
 import pytest
 
+from arael.sketch.document.saved import to_json
 from tests import optional
 from tests.event_loop import completed
+from tests.sketch.browser.conftest import Editor
 from tests.sketch.browser.exercised import exercises
 from tests.sketch.browser.panels import RECTANGLE, connected, length, press, run, wait
+from tests.sketch.server.inside import InsideServer
+from tests.sketch.server.shared import shared_sketch
 
 
 @pytest.fixture
@@ -295,6 +300,77 @@ def test_many_freedoms_are_grouped_and_listed_on_demand(page: Any) -> None:
     wait(page, f"{each} === 28")
     run(page, "add_line 90,0 95,7")  # a new verdict leaves the list open
     wait(page, f"{each} === 32")
+
+
+ATTACK = "y 5; add_point 7,7 #"
+
+
+@pytest.mark.parametrize("field", ["name", "value"])
+def test_what_is_typed_into_the_parameter_panel_is_no_command(page: Any, field: str) -> None:
+    panel = show(page, "parameters")
+    panel.get_by_label("name of the new parameter").fill(ATTACK if field == "name" else "y")
+    panel.get_by_label("value of the new parameter").fill(ATTACK if field == "value" else "3")
+    press(page, "Enter")
+    panel.locator(".row-problem .failure, .param-new + .row-problem:not(:empty)").first.wait_for()
+    assert page.evaluate("[app.store.parameters.size, app.store.entities.has('P0')]") == [0, False]
+    panel.get_by_label("name of the new parameter").fill("y")
+    panel.get_by_label("value of the new parameter").fill("3 * (2 + 1)")
+    press(page, "Enter")
+    for name, kind in ((f"w {ATTACK}", "name"), (ATTACK, "value")):
+        cell = panel.get_by_label(f"{kind} of y", exact=True)
+        cell.fill(name)
+        press(page, "Enter")
+        panel.locator(".param .row-problem:not(:empty)").wait_for()
+        cell.fill("y" if kind == "name" else "4")
+        press(page, "Enter")
+    assert page.evaluate("[app.store.parameters.size, app.store.entities.has('P0')]") == [1, False]
+
+
+def test_a_typed_dimension_is_no_command(page: Any) -> None:
+    run(page, "length L0 40")
+    page.evaluate("app.editDimension(app.store.dimensions.get('d0'))")
+    field = page.locator(".typing input")
+    field.fill("30; delete L1")
+    press(page, "Enter")
+    page.locator(".typing .failure").wait_for()
+    field.fill("20 + 15")
+    press(page, "Enter")
+    wait(page, "app.store.dimensions.get('d0').value.number === 35")
+    assert page.evaluate("app.store.entities.has('L1')")
+
+
+def test_defined_is_shown_only_of_what_was_checked(page: Any) -> None:
+    """Until the verdict of this revision has come the state is not known."""
+    shown = "document.querySelector('.freedoms-button').getAttribute('aria-label')"
+    run(page, "lock L0.p1; length L0 40; length L1 20")
+    wait(page, f"{shown} === 'Defined'")
+    page.evaluate("() => { app.store._verdict = () => {}; }")  # none comes
+    run(page, "add_line 90,0 95,7")
+    wait(page, f"{shown} === 'checking ...'")
+    page.evaluate("() => { delete app.store._verdict; }")
+    run(page, "add_line 90,10 95,17")
+    wait(page, f"{shown} === '8 free'")
+
+
+def test_a_read_only_file_says_so_and_stays(browser: Any, tmp_path: Path) -> None:
+    file = tmp_path / "plate.json"
+    sketch = shared_sketch()
+    file.write_bytes(to_json(sketch.session.document))
+    file.chmod(0o444)
+    before = file.read_bytes()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ARAEL_STATE_DIR", str(tmp_path / ".state"))
+        with InsideServer(file) as running:
+            editor = Editor(browser, running)
+            page = connected(editor.page)
+            assert page.locator(".read-only").inner_text() == "read-only"
+            run(page, RECTANGLE)
+            press(page, "Control+s")
+            note = page.locator(".note.error").first
+            assert "not saved: the file is read-only" in note.inner_text()
+            editor.close()
+    assert file.read_bytes() == before
+    assert [one.name for one in tmp_path.iterdir() if "plate" in one.name] == ["plate.json"]
 
 
 def test_an_agent_is_refused_or_allowed(page: Any) -> None:

@@ -12,8 +12,7 @@ from arael import sym
 from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Amount, Dimension, Parameter
-from arael.sketch.expressions.evaluation import evaluate, number
-from arael.sketch.expressions.quantities import quantity_of, require_quantity
+from arael.sketch.expressions.evaluation import compiled, evaluate, number, require_quantity
 from arael.sketch.expressions.reading import MAX_LENGTH, literal, read
 from arael.sketch.expressions.scope import DocumentScope
 from arael.sketch.expressions.vectors import Vec
@@ -173,16 +172,43 @@ def test_references_with_their_places() -> None:
     assert [text[one.start : one.end] for one in found] == [one.path for one in found]
 
 
-def test_quantities_of_literals() -> None:
-    assert quantity_of("12 mm*3 + 1") == "length"
-    assert quantity_of("30 deg/2") == "angle"
-    assert quantity_of("12 mm/3 mm") == ""
-    assert quantity_of("w + 3") == ""
-    require_quantity("w", "angle")
-    for text, quantity in (("12 mm", "angle"), ("30 deg", "length"), ("1 mm + 1 deg", "length")):
-        with pytest.raises(AraelError) as caught:
-            require_quantity(text, quantity)
-        assert caught.value.diagnostics[0].code == "E1261"
+@pytest.mark.parametrize(
+    ("text", "quantity"),
+    [
+        ("12 mm*3 + 1", "length"),
+        ("30 deg/2", "angle"),
+        ("12 mm/3 mm", ""),
+        ("w + 3", ""),
+        ("L0.length + 2 mm", "length"),
+        ("L0.angle - 5 deg", "angle"),
+        ("max(t, 1 deg)", "angle"),
+        ("sin(t) * 4 mm", "length"),
+        ("L0.p1.x + 3", "length"),
+    ],
+)
+def test_quantities(document: Document, text: str, quantity: str) -> None:
+    with document.transaction("parameters"):
+        document.put("parameters", Parameter("w", Amount("2", 2.0)))
+        document.put("parameters", Parameter("t", Amount("30 deg", 30.0)))
+    scope = DocumentScope(document)
+    assert compiled(text).quantity(scope) == quantity
+    require_quantity(text, quantity)
+    other = {"length": "angle", "angle": "length"}.get(quantity)
+    if other and any(unit in text for unit in ("mm", "deg")):
+        with pytest.raises(AraelError, match="E1261"):
+            require_quantity(text, other)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["5 mm + 3 deg", "3 deg - 5 mm", "5 mm + t", "L0.length + L0.angle", "2*(1 mm + 1 rad)",
+     "1 mm < 2 deg", "sqrt(5 mm + t)"],
+)  # fmt: skip
+def test_a_length_and_an_angle_do_not_make_a_sum(document: Document, text: str) -> None:
+    with document.transaction("parameters"):
+        document.put("parameters", Parameter("t", Amount("30 deg", 30.0)))
+    with pytest.raises(AraelError, match="E1261"):
+        evaluate(text, DocumentScope(document))
 
 
 _NUMBERS = st.floats(-9, 9, allow_nan=False).map(lambda x: f"{abs(x):.3f}")

@@ -293,3 +293,43 @@ def test_a_change_is_made_again_in_another_document() -> None:
     while copy.history.done:
         copy.undo()
     assert to_json(copy) == to_json(Document())
+
+
+@pytest.mark.parametrize("what", ["file", "folder"])
+def test_what_is_read_only_is_opened_and_never_replaced(tmp_path: Path, what: str) -> None:
+    """Though a rename would do it, and the administrator may."""
+    folder = tmp_path / "in"
+    folder.mkdir()
+    path = folder / "a.json"
+    made = Document()
+    with made.transaction("make"):
+        made.add_entity("point", (1, 2))
+    save(made, path)
+    before = path.read_bytes()
+    (path if what == "file" else folder).chmod(0o444 if what == "file" else 0o555)
+    try:
+        keeper = Keeper(path)
+        assert keeper.read_only == f"the {what} is read-only"
+        assert list(keeper.document.entities) == ["P0"]
+        assert keeper.note("x", difference(Moment.of(Document()), Moment.of(made))) == ""
+        assert "not saved" in keeper.save(made) and not keeper.is_due
+        assert keeper.close(made) == ""
+        with pytest.raises(AraelError, match=r"E0715.*read-only"):
+            save(Document(), path)
+    finally:
+        folder.chmod(0o755)
+    assert path.read_bytes() == before and list(folder.iterdir()) == [path]
+
+
+def test_a_file_of_another_owner_is_not_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a folder that everybody may write, by somebody who may only read the file."""
+    path = tmp_path / "a.json"
+    save(Document(), path)
+    before = path.read_bytes()
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path).is_dir())
+    assert Keeper(path).read_only == "the file is read-only"
+    with pytest.raises(AraelError, match=r"E0715.*read-only"):
+        save(Document(), path)
+    assert path.read_bytes() == before

@@ -42,6 +42,9 @@ export function mount(app, element) {
   }
   const soon = later(150, ask);
   for (const type of ["verdict", "change"]) store.addEventListener(type, soon);
+  store.addEventListener("change", () => {
+    if (store.entities.size && !store.isJudged) fill(count, "checking ...");
+  });
   return { show: ask };
 }
 

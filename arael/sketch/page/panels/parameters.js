@@ -4,6 +4,7 @@ import { shown } from "../amounts.js";
 import { fill, h, once } from "../dom.js";
 import { failure } from "../failure.js";
 import { icon } from "../icons.js";
+import { argument } from "../tools/compose.js";
 
 /**
  * @typedef {import("../app.js").App} App
@@ -28,7 +29,7 @@ export function mount(app, element) {
   );
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    const reply = await app.wire.run(`param ${name.value.trim()} ${value.value.trim()}`);
+    const reply = await app.wire.run(`param ${argument(name.value.trim())} ${argument(value.value.trim())}`);
     fill(problem, reply.ok ? null : failure(app, reply));
     if (!reply.ok) return;
     name.value = value.value = "";
@@ -105,8 +106,8 @@ function row(app, one, again) {
       event.stopPropagation();
     });
   }
-  edits(name, one.name, (now) => `rename_param ${one.name} ${now}`);
-  edits(text, one.amount.text, (now) => `param ${one.name} ${now}`);
+  edits(name, one.name, (now) => `rename_param ${one.name} ${argument(now)}`);
+  edits(text, one.amount.text, (now) => `param ${one.name} ${argument(now)}`);
   return h(
     "div",
     { class: "row param", role: "listitem" },

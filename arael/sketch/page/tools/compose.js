@@ -29,6 +29,22 @@ export const short = (x) => number(Number(x.toPrecision(9)));
 export const quoted = (text) => `"${text.replaceAll('"', '""')}"`;
 
 /**
+ * What was typed as one word of a command, whatever it holds: it can neither end the command nor begin another.
+ * @param {string} text
+ */
+export const argument = (text) => (/^[\w.]+$/.test(text) ? text : quoted(text));
+
+/**
+ * A typed value of a dimension as words of a command: an expression, `>= x`, `<= x` or `x to y`.
+ * @param {string} text
+ */
+export function amount(text) {
+  const bound = /^([<>]=)(.*)$/.exec(text);
+  if (bound) return `${bound[1]} ${argument(bound[2].trim())}`;
+  return text.split(/\s+to\s+/).map(argument).join(" to ");
+}
+
+/**
  * Automatic constraints of a place.
  * @param {Place} place
  * @param {string} point  handle of the new point there
@@ -49,4 +65,4 @@ export function extras(place, point, curve = "") {
  * @param {string} text  "" if nothing was typed
  * @returns {string[]}
  */
-export const dimension = (kind, args, text) => (text ? [`${kind} ${args} ${text}`] : []);
+export const dimension = (kind, args, text) => (text ? [`${kind} ${args} ${amount(text)}`] : []);

@@ -50,7 +50,7 @@ class CornerTool extends PicksTool {
   compose() {
     const typed = this.typed.text("size");
     if (typed) sizes[this.word] = typed;
-    return { text: `${this.word} ${this.names.join(" ")} ${typed || short(this.usual)}`, extras: [] };
+    return { text: `${this.word} ${this.names.join(" ")} ${this.typed.word("size") || short(this.usual)}`, extras: [] };
   }
 }
 

@@ -5,7 +5,7 @@ import { Places } from "../draw/places.js";
 import { dimensionText } from "../draw/texts.js";
 import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
-import { short } from "./compose.js";
+import { amount, short } from "./compose.js";
 import { kindsOf } from "./kinds.js";
 import { CURVES, PicksTool } from "./picks.js";
 
@@ -111,7 +111,7 @@ export class DimensionTool extends PicksTool {
     if (typeof record.along === "number" && record.along !== 0) extras.push(`dim_pos ${name} along ${short(record.along)}`);
     this.app.openTyping({
       at: place.screen, title: record.kind, text: record.value?.text ?? "",
-      commit: (text) => this.app.run(`${record.kind} ${record.args.join(" ")} ${text}`, { extras }),
+      commit: (text) => this.app.run(`${record.kind} ${record.args.join(" ")} ${amount(text)}`, { extras }),
     });
   }
 

@@ -55,7 +55,7 @@ export class OffsetTool extends PicksTool {
   }
 
   compose() {
-    const value = this.typed.text("distance") || short(Math.abs(this.distance));
+    const value = this.typed.word("distance") || short(Math.abs(this.distance));
     const side = this.distance < 0 ? "right" : "left";
     const lines = this.names.length === 1 && this.app.store.entities.get(this.names[0])?.kind === "line";
     if (lines) return { text: `offset_line ${this.names[0]} ${value}${side === "right" ? " right" : ""}`, extras: [] };

@@ -94,7 +94,7 @@ class TransformTool extends PicksTool {
     const names = this.names.join(" ");
     const [m, a] = this.all;
     if (this.word === "move") return a ? { text: `move ${names} @${coordinate(sub(a, m))}`, extras: [] } : null;
-    const value = this.word === "rotate" ? this.typed.text("angle") || degrees(this.angle) : this.typed.text("factor") || short(this.factor);
+    const value = this.word === "rotate" ? this.typed.word("angle") || degrees(this.angle) : this.typed.word("factor") || short(this.factor);
     return { text: `${this.word} ${names} about ${coordinate(m)} ${value}`, extras: [] };
   }
 

@@ -2,6 +2,8 @@
 
 /** @typedef {import("../types.js").Field} Field */
 
+import { argument } from "./compose.js";
+
 const FIRST = /^[0-9.\-+=(]$/;
 
 export class Typed {
@@ -22,6 +24,15 @@ export class Typed {
    */
   text(id) {
     return (this.texts.get(id) ?? "").trim();
+  }
+
+  /**
+   * The same as a word of a command.
+   * @param {string} id
+   */
+  word(id) {
+    const text = this.text(id);
+    return text && argument(text);
   }
 
   /**
