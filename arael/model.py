@@ -126,12 +126,18 @@ class Model(Displayed, Fields):
             "text; load it with `arael.load` or `arael.loads`"
         )
 
-    def read(self, path: str | os.PathLike[str], format: str | None = None) -> None:
+    def read(
+        self,
+        path: str | os.PathLike[str],
+        format: str | None = None,
+        *,
+        information: float | tuple[float, float] | None = None,
+    ) -> None:
         """Replace the data by that of a file (see `arael.io.read`); earlier refs become stale."""
         # imported here: start-up time
         from arael import io
 
-        io.read(self, path, format)
+        io.read(self, path, format, information=information)
 
     def write(self, path: str | os.PathLike[str], format: str | None = None) -> None:
         """Write the data to a file atomically (see `arael.io.write`)."""

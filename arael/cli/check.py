@@ -36,6 +36,7 @@ def command(
     format: str | None,
     collection: str | None,
     fields: dict[str, str] | None,
+    information: tuple[float, float] | None,
     gradients: bool,
     as_json: bool,
 ) -> None:
@@ -48,7 +49,7 @@ def command(
     checks: list[GradientCheck] = []
     if data:
         instance = _instance(model)
-        read_data(instance, data, format, collection, fields)
+        read_data(instance, data, format, collection, fields, information)
         rows = row_counts(instance, layout)
         checks = _gradients(instance) if gradients else []
     if as_json:

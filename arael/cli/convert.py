@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import warnings
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from arael.runtime.store import Store
 
 BUNDLES = ("bal", "bundler", "colmap")
-GRAPHS = ("g2o", "toro")
+SPATIAL = re.compile(rb"SE3|XYZ|^\s*(VERTEX|EDGE)3\b", re.MULTILINE)
 
 
 @click.command("convert", short_help="Convert a data file to another format.")
@@ -48,6 +49,7 @@ def command(
     format: str | None,
     collection: str | None,
     fields: dict[str, str] | None,
+    information: tuple[float, float] | None,
     output_format: str | None,
     times: str | None,
     lossy: bool,
@@ -78,7 +80,7 @@ def command(
         else:
             model = model or _model_of(found, content, source)
             result, unread, unwritten = _by_model(
-                source, found, wanted, model, collection, fields, times, name
+                source, found, wanted, model, collection, fields, information, times, name
             )
     lost = [*unread, *unwritten]
     if lost and not lossy:
@@ -164,6 +166,7 @@ def _by_model(
     model: str,
     collection: str | None,
     fields: dict[str, str] | None,
+    information: tuple[float, float] | None,
     times: str | None,
     name: str,
 ) -> tuple[bytes, list[str], list[str]]:
@@ -180,6 +183,7 @@ def _by_model(
         found,
         collection=collection if found in formats.ONE_COLLECTION else None,
         fields=fields if poses else None,
+        information=information,
     )
     if wanted in formats.TRAJECTORIES:
         if times is not None:
@@ -241,8 +245,8 @@ def _model_of(found: str, content: bytes, source: str) -> str:
     """
     if found in BUNDLES:
         return "bundle_adjustment"
-    if found in GRAPHS:
-        return "pose_graph_3d" if b"SE3" in content[:65536] else "pose_graph_2d"
+    if found in formats.GRAPHS:
+        return "pose_graph_3d" if SPATIAL.search(content[:65536]) else "pose_graph_2d"
     if found in formats.TRAJECTORIES:
         return "pose_graph_3d"
     raise _error(

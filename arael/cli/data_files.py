@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
@@ -15,8 +16,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def data_options(function: F) -> F:
-    """Add ``--format``, ``--collection`` and ``--fields``."""
+    """Add ``--format``, ``--collection``, ``--fields`` and ``--information``."""
     for option in (
+        click.option(
+            "--information",
+            metavar="POSITION[,ROTATION]",
+            callback=_information,
+            help="Information of g2o measurements that give none, as 100 or 100,400.",
+        ),
         click.option(
             "--fields",
             metavar="PART=FIELD,...",
@@ -55,12 +62,28 @@ def _fields(
     return found
 
 
+def _information(
+    context: click.Context, option: click.Parameter, text: str | None
+) -> tuple[float, float] | None:
+    """``100`` or ``100,400`` as two numbers."""
+    if text is None:
+        return None
+    try:
+        found = [float(word) for word in text.split(",")]
+    except ValueError:
+        found = []
+    if len(found) not in (1, 2) or not all(0 < value < math.inf for value in found):
+        raise click.BadParameter(f"expected one or two positive numbers, found '{text}'")
+    return found[0], found[-1]
+
+
 def read_data(
     instance: Any,
     data: Sequence[str],
     format: str | None = None,
     collection: str | None = None,
     fields: dict[str, str] | None = None,
+    information: tuple[float, float] | None = None,
 ) -> None:
     """Read the data files of a command into a model.
 
@@ -72,8 +95,17 @@ def read_data(
     named = [split(argument) for argument in data]
     if len(data) == 1:
         name, path = named[0]
-        arael.read(instance, path, format, collection=name or collection, fields=fields)
+        arael.read(
+            instance,
+            path,
+            format,
+            collection=name or collection,
+            fields=fields,
+            information=information,
+        )
         return
+    if information is not None:
+        raise click.UsageError("--information is for one data file")
     if collection is not None:
         raise click.UsageError("--collection is for one data file; of several write name=path")
     read_several(instance, [(name, path) for name, path in named], format, fields=fields)

@@ -29,6 +29,7 @@ def command(
     format: str | None,
     collection: str | None,
     fields: dict[str, str] | None,
+    information: tuple[float, float] | None,
     settings: tuple[str, ...],
     solved: bool,
     solver: str,
@@ -42,7 +43,7 @@ def command(
     """
     loaded: Any = arael.load(model, precision=precision)  # type: ignore[arg-type]
     instance = loaded()
-    read_data(instance, data, format, collection, fields)
+    read_data(instance, data, format, collection, fields, information)
     apply_settings(instance, loaded.layout, settings)
     result = instance.solve(solver=solver) if solved else None
     found = instance.diagnose()

@@ -98,6 +98,7 @@ def command(
     format: str | None,
     collection: str | None,
     fields: dict[str, str] | None,
+    information: tuple[float, float] | None,
     settings: tuple[str, ...],
     passes: tuple[str, ...],
     init: str,
@@ -169,7 +170,12 @@ def command(
             **({} if max_iters is None else {"max_iters": max_iters}),
             **({} if strategy is None else {"strategy": strategy}),
         }
-        reading = {"format": format, "collection": collection, "fields": fields}
+        reading = {
+            "format": format,
+            "collection": collection,
+            "fields": fields,
+            "information": information,
+        }
         return solve_many(kind, data, {**reading, "options": options}, output, as_json, cluster)
     if output is not None and Path(output).is_dir():
         raise click.BadParameter(f"File '{output}' is a directory.", param_hint="'-o' / '--output'")
@@ -192,7 +198,7 @@ def command(
         chosen = _loop_settings(strategy, passes, max_iters, verbose)
         return solve_columns(loaded, data[0], parts, chosen, output, (model, data[0]), as_json)
     instance = loaded()
-    read_data(instance, data, format, collection, fields)
+    read_data(instance, data, format, collection, fields, information)
     apply_settings(instance, loaded.layout, settings)
     check_shown(shown, loaded.layout)
     target = _Target(output, output_format, collection, fields)

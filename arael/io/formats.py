@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Mapping
@@ -24,8 +25,8 @@ FORMATS = {
     "csv": "one collection, one row per line (.csv, .tsv)",
     "parquet": "one collection, columns as for CSV (.parquet); needs pyarrow",
     "arrow": "one collection, columns as for CSV (.arrow, .feather); needs pyarrow",
-    "g2o": "pose graphs of pose_graph_2d and pose_graph_3d (.g2o)",
-    "toro": "planar pose graphs of TORO (.toro)",
+    "g2o": "graphs of poses and landmarks of pose_graph_2d and pose_graph_3d (.g2o)",
+    "toro": "pose graphs of TORO (.toro, .graph)",
     "bal": "bundle adjustment of bundle_adjustment (.bal, .txt)",
     "bundler": "bundle adjustment of bundle_adjustment, only read (bundle.out)",
     "colmap": "bundle adjustment of bundle_adjustment, only read (a folder with cameras.txt)",
@@ -45,12 +46,14 @@ EXTENSIONS = {
     ".feather": "arrow",
     ".g2o": "g2o",
     ".toro": "toro",
+    ".graph": "toro",
     ".bal": "bal",
     ".tum": "tum",
     ".kitti": "kitti",
     ".euroc": "euroc",
 }
 TRAJECTORIES = ("tum", "kitti", "euroc")
+GRAPHS = ("g2o", "toro")
 ONE_COLLECTION = ("csv", "parquet", "arrow", *TRAJECTORIES)
 """Formats of which a file holds the rows of one collection."""
 READ_ONLY = ("bundler", "colmap")
@@ -83,6 +86,7 @@ def read(
     *,
     collection: str | None = None,
     fields: Mapping[str, str] | None = None,
+    information: float | tuple[float, float] | None = None,
     limit: int = DEFAULT_LIMIT,
 ) -> None:
     """Replace the data of a model by that of a file.
@@ -98,6 +102,8 @@ def read(
     fields : for trajectories, the path of a field by what it holds (``position``, ``rotation``,
         ``pose``, ``time``, ``velocity``, ``gyro_bias``, ``accel_bias``); by default from types and
         names
+    information : for g2o and TORO, the information of measurements whose line gives none: one
+        number, or that of positions [1/m^2] and that of rotations [1/rad^2]
     limit : the most bytes to read, after decompression
 
     Warns
@@ -111,7 +117,15 @@ def read(
         E0712 unreadable, E0713 unknown format, E0714 too large, and the errors of the readers;
         several diagnostics at once if there are several errors.
     """
-    lost = read_listing(model, path, format, collection=collection, fields=fields, limit=limit)
+    lost = read_listing(
+        model,
+        path,
+        format,
+        collection=collection,
+        fields=fields,
+        information=information,
+        limit=limit,
+    )
     warn_of_loss(lost, files.shown(files.check_name(path)))
 
 
@@ -122,6 +136,7 @@ def read_listing(
     *,
     collection: str | None = None,
     fields: Mapping[str, str] | None = None,
+    information: float | tuple[float, float] | None = None,
     limit: int = DEFAULT_LIMIT,
 ) -> list[str]:
     """As `read`, but list what the model has no field for in place of warning of it."""
@@ -131,6 +146,11 @@ def read_listing(
     name = files.shown(path)
     content, found = load(path, format, limit)
     _refuse_options(found, name, collection, fields)
+    given = _information(information)
+    if found in GRAPHS:
+        return list(reader_of(found).read(store, content, name, given))
+    if given is not None:
+        raise error("E0713", f"`information` is for g2o and TORO; this is {found}", name)
     return _read(store, found, path, content, name, collection, fields, limit)
 
 
@@ -159,6 +179,21 @@ def load(path: str, format: str | None, limit: int = DEFAULT_LIMIT) -> tuple[byt
     if not content.strip():
         raise error("E0712", "the file is empty", name)
     return content, found
+
+
+def _information(given: Any) -> tuple[float, float] | None:
+    """Information of positions and rotations; E0713 if these are no positive numbers."""
+    if given is None:
+        return None
+    both = (given, given) if isinstance(given, int | float) else given
+    if (
+        not isinstance(both, tuple | list)
+        or len(both) != 2
+        or not all(isinstance(v, int | float) and 0 < v < math.inf for v in both)
+    ):
+        what = "a positive number, or one for positions and one for rotations"
+        raise wrong_argument("arael.io", "information", what, given)
+    return float(both[0]), float(both[1])
 
 
 def _load_folder(path: str, name: str, format: str | None) -> tuple[bytes, str]:
@@ -375,7 +410,7 @@ def format_of(path: StrPath, content: bytes) -> str:
         return "npz"
     if start.startswith(b"{"):
         return "json"
-    if start.startswith((b"VERTEX", b"EDGE", b"FIX")):
+    if start.startswith((b"VERTEX", b"EDGE", b"FIX", b"PARAMS_SE", b"TUTORIAL_", b"EQUIV")):
         return "g2o"
     return _kind_of_trajectory(content[:65536])
 

@@ -14,8 +14,9 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.session import session_of
 from arael.solving import current_problem
 from arael.starts.chordal import chordal_poses
-from arael.starts.columns import graph_of, put, residuals_of, rotation_column
+from arael.starts.columns import graph_of, has_landmarks, put, residuals_of, rotation_column
 from arael.starts.graph import PoseGraph, Poses
+from arael.starts.landmarks import place_landmarks
 from arael.starts.relaxation import Coupling, SingularError
 from arael.starts.tree import tree_poses
 
@@ -67,8 +68,9 @@ def can_initialise(model: Any) -> bool:
 def initialise(model: Any, how: How = "auto") -> Start:
     """Set initial values of the poses of a pose graph, computed from its measurements.
 
-    Fixed poses and parts of poses keep their values. Edges and anchors whose ref to a pose is null
-    are left out. A component without fixed or anchored poses keeps the value of its first pose.
+    Fixed poses and parts of poses keep their values. Landmarks follow from the poses. Edges and
+    anchors whose ref to a pose is null are left out. A component without fixed or anchored poses
+    keeps the value of its first pose.
 
     Parameters
     ----------
@@ -132,9 +134,14 @@ def _choose(model: Any, how: str, session: Any, rotation: str) -> tuple[str, dic
     if np.count_nonzero(graph.fixed_position & graph.fixed_rotation) == len(graph.poses):
         return "file", costs
     # `put` does not change fixed parts, so the columns are restored directly.
-    columns = ("t", rotation)
-    table = store.tables["poses"]
-    before = {path: table.column(path).copy() for path in columns}
+    columns: dict[str, tuple[str, ...]] = {"poses": ("t", rotation)}
+    if has_landmarks(store):
+        columns["landmarks"] = ("t",)
+    before = {
+        (table, path): store.tables[table].column(path).copy()
+        for table, paths in columns.items()
+        for path in paths
+    }
     found: dict[str, Poses] = {}
     placed = "file"
     try:
@@ -146,19 +153,21 @@ def _choose(model: Any, how: str, session: Any, rotation: str) -> tuple[str, dic
                     raise _undetermined(store) from None
                 continue
             put(store, found[name], rotation, graph)
+            place_landmarks(store)
             placed = name
             _load(problem, columns)
             costs[name] = problem.cost()
             if costs[name] < min(costs["file"], near):
                 break
     except BaseException:
-        _restore(table, before)
+        _restore(store, before)
         raise
     chosen = how if how != "auto" else min(costs, key=lambda n: _comparable(costs[n]))
     if chosen != placed:
-        _restore(table, before)
+        _restore(store, before)
         if chosen != "file":
             put(store, found[chosen], rotation, graph)
+            place_landmarks(store)
     return chosen, costs
 
 
@@ -169,10 +178,10 @@ def _poses(name: str, graph: PoseGraph, problem: Problem) -> Poses:
     return chordal_poses(graph, _coupling(problem))
 
 
-def _load(problem: Problem, columns: tuple[str, ...]) -> None:
-    """Take over the poses of the store; all else only if guards or data may follow from them."""
+def _load(problem: Problem, columns: dict[str, tuple[str, ...]]) -> None:
+    """Take over the changed columns; all else only if guards or data may follow from them."""
     layout = problem.layout
-    read = any(("poses", column) in layout.readers for column in columns)
+    read = any((table, path) in layout.readers for table in columns for path in columns[table])
     if read or any(group.guard is not None for group in layout.groups):
         problem.refresh()
     else:
@@ -190,9 +199,9 @@ def _coupling(problem: Problem) -> Coupling | None:
     return None
 
 
-def _restore(table: Any, before: dict[str, Any]) -> None:
-    for path, values in before.items():
-        table.column(path)[...] = values
+def _restore(store: Any, before: dict[tuple[str, str], Any]) -> None:
+    for (table, path), values in before.items():
+        store.tables[table].column(path)[...] = values
 
 
 def _comparable(cost: float) -> float:

@@ -12,7 +12,10 @@ from arael.runtime.store import Store, Table
 from arael.starts.arithmetic import all_there, angles, information_of, matrices, planar, quaternions
 from arael.starts.graph import Anchors, PoseGraph, Poses
 
-__all__ = ["angles", "graph_of", "planar", "put", "quaternions", "residuals_of", "rotation_column"]
+__all__ = [
+    "angles", "graph_of", "has_landmarks", "planar", "poses_of", "put", "quaternions",
+    "residuals_of", "rotation_column",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -61,12 +64,12 @@ def graph_of(store: Store, name: str = "") -> PoseGraph:
     name = name or rotation_column(store)
     poses, edges = store.tables["poses"], store.tables["edges"]
     information, coupled = information_of(_copied(edges, "u"))
-    a, b, measured = edges.target_rows("a"), edges.target_rows("b"), _poses(edges, name)
+    a, b, measured = edges.target_rows("a"), edges.target_rows("b"), poses_of(edges, name)
     if not all_there(a, b):
         there = (a >= 0) & (b >= 0)
         a, b, measured, information = a[there], b[there], measured[there], information[there]
     return PoseGraph(
-        _poses(poses, name),
+        poses_of(poses, name),
         a.copy(),
         b.copy(),
         measured,
@@ -79,9 +82,34 @@ def graph_of(store: Store, name: str = "") -> PoseGraph:
 
 
 def residuals_of(store: Store) -> int:
-    """Number of residuals of the edges."""
-    table = store.tables["edges"]
-    return table.size * table.data["u"].shape[0]
+    """Number of residuals of the measurements between poses and landmarks."""
+    edges = store.tables["edges"]
+    count = edges.size * edges.data["u"].shape[0]
+    if has_landmarks(store):
+        seen = store.tables["observations"]
+        count += seen.size * seen.data["u"].shape[0]
+        count += store.tables["bearings"].size if "bearings" in store.tables else 0
+    return count
+
+
+def has_landmarks(store: Store) -> bool:
+    """Whether the model has landmarks, as the standard models have.
+
+    These are the collections ``landmarks`` with the parameter ``t``, and ``observations`` with the
+    refs ``a`` to a pose and ``b`` to a landmark, the measured ``t``, and the factor ``u``.
+    """
+    if not {"landmarks", "observations"} <= store.tables.keys():
+        return False
+    position = store.tables["poses"].data["t"].shape
+    landmarks, seen = store.tables["landmarks"], store.tables["observations"]
+    target: Any = seen.data["b"].target if "b" in seen.data else None
+    return (
+        _has(landmarks, {"t": position}, "param")
+        and _has(seen, {"t": position, "u": (*position, *position)}, "data")
+        and _leads_to_poses(seen, "a")
+        and target is not None
+        and target.table == "landmarks"
+    )
 
 
 def put(store: Store, found: Poses, name: str = "", graph: PoseGraph | None = None) -> None:
@@ -106,10 +134,11 @@ def put(store: Store, found: Poses, name: str = "", graph: PoseGraph | None = No
         np.copyto(table.column(path), new, where=moves.reshape(-1, *[1] * (new.ndim - 1)))
 
 
-def _poses(table: Table, name: str) -> Poses:
-    rotation = _copied(table, name)
+def poses_of(table: Table, name: str, prefix: str = "") -> Poses:
+    """Poses of a table as transforms; `name` is the column of their rotations."""
+    rotation = _copied(table, f"{prefix}{name}")
     turned = planar(rotation) if name == "th" else matrices(rotation)
-    return Poses(turned, _copied(table, "t"))
+    return Poses(turned, _copied(table, f"{prefix}t"))
 
 
 def _copied(table: Table, path: str) -> Array:
@@ -130,12 +159,16 @@ def _anchors(store: Store, name: str) -> Anchors:
         return Anchors.none(position[0])
     pose = table.target_rows("pose")
     there = pose >= 0
-    return Anchors(
-        pose[there],
-        _poses(table, name)[there],
-        _weights(table, "t_isigma")[there],
-        _weights(table, "th_isigma")[there],
-    )
+    weights = [_weights(table, path) for path in ("t_isigma", "th_isigma")]
+    if "u" in table.data and table.data["u"].shape == _KINDS[name][2]:
+        d = position[0]
+        square = np.einsum("nij,nij->nj", u := _copied(table, "u"), u)
+        weights[0] *= np.sqrt(square[:, :d].mean(axis=1))
+        weights[1] *= np.sqrt(square[:, d:].mean(axis=1))
+    measured = poses_of(table, name)
+    if {"offset_t", f"offset_{name}"} <= table.data.keys():  # of a sensor, in the axes of its pose
+        measured = measured @ poses_of(table, name, "offset_").inverse()
+    return Anchors(pose[there], measured[there], *(w[there] for w in weights))
 
 
 def _weights(table: Table, path: str) -> Array:

@@ -50,7 +50,8 @@ def _roots(graph: PoseGraph) -> tuple[Ints, Poses]:
     at = graph.poses[rows]
     row_of = {int(graph.component[row]): i + len(fixed) for i, row in enumerate(first)}
     anchors = graph.anchors
-    for i, row in enumerate(anchors.pose.tolist()):
+    turned = np.flatnonzero(anchors.rotation_weight > 0).tolist()  # a position alone is no pose
+    for i, row in zip(turned, anchors.pose[turned].tolist(), strict=True):
         place = row_of.pop(int(graph.component[row]), None)
         if place is not None:
             rows[place] = row

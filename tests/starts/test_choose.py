@@ -178,10 +178,9 @@ def test_the_automatic_start_leads_to_the_optimum_in_six_attempts(n: int, name: 
 
 def test_a_model_with_the_same_collections_is_a_pose_graph(tmp_path: Any) -> None:
     text = (arael.loading.standard_models()["pose_graph_2d"]).read_text(encoding="utf-8")
-    text = text.replace("constraint between {", "constraint between loss huber(9) {").replace(
-        "anchors: list of Anchor", ""
-    )
-    text = text[: text.index("# An absolute")] + text[text.index("root PoseGraph") :]
+    text = text.replace("constraint between {", "constraint between loss huber(9) {")
+    root = "root Own {\n    poses: list of Pose\n    edges: list of Edge\n}\n"
+    text = text[: text.index("# An absolute")] + root
     (tmp_path / "own.arael").write_text(text)
     graph = arael.load(tmp_path / "own.arael", interpret=True)()
     plain = displaced()

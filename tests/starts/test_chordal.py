@@ -171,7 +171,9 @@ def test_measurements_of_no_pose_are_left_out(tmp_path: Path, how: Any) -> None:
         text_of_planar(
             ("in root.poses\n", "in root.poses?\n"),
             ("constraint between {", "constraint between when a and b {"),
-            ("constraint prior {", "constraint prior when pose {"),
+            ("constraint prior {\n        u * [", "constraint prior when pose {\n        u * ["),
+            ("constraint observed {", "constraint observed when a {"),
+            ("constraint sighted {", "constraint sighted when a {"),
         )
     )
     found = []

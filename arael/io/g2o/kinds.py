@@ -1,7 +1,7 @@
 """Differences between planar and spatial pose graphs: tags, numbers per line, fields of the model.
 
-A pose is a row of numbers in the file: ``x y theta`` or ``x y z qx qy qz qw``. The information
-matrix of an edge is its upper triangle, row by row.
+A pose is a row of numbers in the file: ``x y theta`` or ``x y z qx qy qz qw``. An information
+matrix is its upper triangle, row by row. Formats as in g2o's ``types/slam2d`` and ``types/slam3d``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,73 @@ from arael.runtime.store.messages import error
 Array = NDArray[Any]
 
 # TORO's EDGE2 gives the information as xx xy yy tt xt yt (tt: heading).
-TORO_ORDER = [0, 1, 4, 2, 5, 3]
+TORO_ORDER = (0, 1, 4, 2, 5, 3)
+
+TUTORIAL = "TUTORIAL_"
+"""Prefix of the tags of g2o's tutorial; the rest is that of the library, but for `RENAMED`."""
+
+RENAMED = {
+    "VERTEX_POINT_XY": "VERTEX_XY",
+    "PARAMS_SE2_OFFSET": "PARAMS_SE2OFFSET",
+    "EDGE_SE2_POINT_XY": "EDGE_SE2_POINTXY_OFFSET",
+}
+"""Tags of the tutorial, without prefix, by those of the library."""
+
+SWITCHES = frozenset(
+    {
+        "EDGE_SE2_SWITCHABLE",
+        "EDGE_SE3_SWITCHABLE",
+        "EDGE_SE2_MAXMIX",
+        "EDGE_SE3_MAXMIX",
+        "VERTEX_SWITCH",
+        "EDGE_SWITCH_PRIOR",
+    }
+)
+"""Tags of Vertigo, whose robust edges have variables or components of their own."""
+
+EQUIV = "EQUIV"
+
+
+@dataclass(frozen=True)
+class Form:
+    """What stands in a line after its tag: ids, measured numbers, information.
+
+    Attributes
+    ----------
+    part : the records that it belongs to, named as the model's collection
+    ids : number of vertices that it names
+    shown : the measured numbers in words
+    size : how many these are
+    positions, rotations : rows of the information matrix; none for vertices and parameters
+    offset : whether the id of a sensor offset follows those of the vertices
+    order : order of the information's numbers if it is not that of the upper triangle
+    euler : whether the rotation is roll, pitch and yaw
+    """
+
+    part: str
+    ids: int
+    shown: str
+    size: int
+    positions: int = 0
+    rotations: int = 0
+    offset: bool = False
+    order: tuple[int, ...] | None = None
+    euler: bool = False
+
+    @property
+    def tangent(self) -> int:
+        """Rows of the information matrix."""
+        return self.positions + self.rotations
+
+    @property
+    def information(self) -> int:
+        """Numbers of the information matrix in the file."""
+        return self.tangent * (self.tangent + 1) // 2
+
+    @property
+    def before(self) -> int:
+        """Words before the measured numbers, with the tag."""
+        return 1 + self.ids + self.offset
 
 
 @dataclass(frozen=True)
@@ -29,46 +95,38 @@ class Kind:
     Attributes
     ----------
     name : ``SE2`` or ``SE3``
-    vertex, edge : tags for writing
-    vertices, edges : tags for reading, and for edges the order of the information's numbers
+    forms : form of a line by tag, for reading
+    vertex, edge, landmark, observation, prior, position_prior, landmark_prior, offset : tags for
+        writing
     size : numbers of a pose in the file
-    tangent : rows of the information matrix
-    position, rotation : shapes of the model's ``t`` and of its ``th`` or ``q``
+    dimension : of space
+    tangent : rows of an edge's information matrix
+    rotation : shape of the model's ``th`` or ``q``
     rotation_field : ``th`` or ``q``
     model : the standard model of this structure
-    prior : tag of a prior on one vertex
-    offset : tag of the sensor offset that a prior names after its vertex; "" if it names none
     """
 
     name: str
+    forms: dict[str, Form]
     vertex: str
     edge: str
-    vertices: frozenset[str]
-    edges: dict[str, list[int] | None]
+    landmark: str
+    observation: str
+    prior: str
+    position_prior: str
+    landmark_prior: str
+    offset: str
     size: int
+    dimension: int
     tangent: int
-    position: tuple[int, ...]
     rotation: tuple[int, ...]
     rotation_field: str
     model: str
-    prior: str
-    offset: str
 
     @property
     def identity(self) -> list[float]:
         """The identity pose in the form of the file."""
         return [0.0] * self.size if self.size == 3 else [0.0] * 6 + [1.0]
-
-    @property
-    def unit_information(self) -> list[float]:
-        """The upper triangle of a unit matrix."""
-        n = self.tangent
-        return [float(i == j) for i in range(n) for j in range(i, n)]
-
-    @property
-    def information(self) -> int:
-        """Numbers of an information matrix in the file."""
-        return self.tangent * (self.tangent + 1) // 2
 
     def fields(self, poses: Array) -> dict[str, Any]:
         """Columns of the model from poses in the form of the file."""
@@ -83,37 +141,99 @@ class Kind:
             return np.column_stack([columns["t"], columns["th"]])
         return np.column_stack([columns["t"], columns["q"][:, [1, 2, 3, 0]]])
 
+    def matrices(self, poses: Array) -> Array:
+        """Rotation matrices (n, d, d) of poses in the form of the file."""
+        if self.name == "SE3":
+            return rotations.matrix_from_quaternion(self.fields(poses)["q"])
+        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        found: Array = np.array([[c, -s], [s, c]]).transpose(2, 0, 1)
+        return found
+
+    def in_model(self, part: str, poses: Array, information: Array, back: bool = False) -> Array:
+        """Information of measured poses for the axes in which the model has their positions.
+
+        g2o has the error in the axes of the measured pose. The models have the position of an
+        anchor in the axes of the world, and of an edge in space in those of its first pose.
+        """
+        if part == "edges" and self.name == "SE2":
+            return information
+        d, found = self.dimension, information.copy()
+        even = information[:, :1, :1] * np.eye(d)
+        uneven = (information[:, :d, :d] != even).any(axis=(1, 2))
+        rows = np.flatnonzero(uneven | information[:, :d, d:].any(axis=(1, 2)))
+        turn = np.tile(np.eye(self.tangent), (len(rows), 1, 1))
+        turn[:, :d, :d] = self.matrices(poses[rows])
+        if back:
+            turn = turn.transpose(0, 2, 1)
+        found[rows] = turn @ information[rows] @ turn.transpose(0, 2, 1)
+        return found
+
+
+_POSE2, _POSE3, _EULER3 = "x y theta", "x y z qx qy qz qw", "x y z roll pitch yaw"
 
 SE2 = Kind(
     "SE2",
-    "VERTEX_SE2",
-    "EDGE_SE2",
-    frozenset({"VERTEX_SE2", "VERTEX2"}),
-    {"EDGE_SE2": None, "EDGE2": TORO_ORDER},
-    3,
-    3,
-    (2,),
-    (),
-    "th",
-    "pose_graph_2d",
-    "EDGE_PRIOR_SE2",
-    "",
+    {
+        "VERTEX_SE2": Form("poses", 1, _POSE2, 3),
+        "VERTEX2": Form("poses", 1, _POSE2, 3),
+        "EDGE_SE2": Form("edges", 2, _POSE2, 3, 2, 1),
+        "EDGE2": Form("edges", 2, _POSE2, 3, 2, 1, order=TORO_ORDER),
+        "EDGE_PRIOR_SE2": Form("anchors", 1, _POSE2, 3, 2, 1),
+        "EDGE_PRIOR_SE2_XY": Form("anchors", 1, "x y", 2, 2),
+        "VERTEX_XY": Form("landmarks", 1, "x y", 2),
+        "EDGE_SE2_XY": Form("observations", 2, "x y", 2, 2),
+        "EDGE_SE2_POINTXY_OFFSET": Form("observations", 2, "x y", 2, 2, offset=True),
+        "EDGE_BEARING_SE2_XY": Form("bearings", 2, "theta", 1, 0, 1),
+        "EDGE_PRIOR_XY": Form("landmark_anchors", 1, "x y", 2, 2),
+        "PARAMS_SE2OFFSET": Form("offsets", 1, _POSE2, 3),
+    },
+    vertex="VERTEX_SE2",
+    edge="EDGE_SE2",
+    landmark="VERTEX_XY",
+    observation="EDGE_SE2_XY",
+    prior="EDGE_PRIOR_SE2",
+    position_prior="EDGE_PRIOR_SE2_XY",
+    landmark_prior="EDGE_PRIOR_XY",
+    offset="PARAMS_SE2OFFSET",
+    size=3,
+    dimension=2,
+    tangent=3,
+    rotation=(),
+    rotation_field="th",
+    model="pose_graph_2d",
 )
 SE3 = Kind(
     "SE3",
-    "VERTEX_SE3:QUAT",
-    "EDGE_SE3:QUAT",
-    frozenset({"VERTEX_SE3:QUAT"}),
-    {"EDGE_SE3:QUAT": None},
-    7,
-    6,
-    (3,),
-    (4,),
-    "q",
-    "pose_graph_3d",
-    "EDGE_SE3_PRIOR",
-    "PARAMS_SE3OFFSET",
+    {
+        "VERTEX_SE3:QUAT": Form("poses", 1, _POSE3, 7),
+        "VERTEX3": Form("poses", 1, _EULER3, 6, euler=True),
+        "EDGE_SE3:QUAT": Form("edges", 2, _POSE3, 7, 3, 3),
+        "EDGE3": Form("edges", 2, _EULER3, 6, 3, 3, euler=True),
+        "EDGE_SE3_PRIOR": Form("anchors", 1, _POSE3, 7, 3, 3, offset=True),
+        "EDGE_SE3_XYZ_PRIOR": Form("anchors", 1, "x y z", 3, 3, offset=True),
+        "VERTEX_TRACKXYZ": Form("landmarks", 1, "x y z", 3),
+        "EDGE_SE3_TRACKXYZ": Form("observations", 2, "x y z", 3, 3, offset=True),
+        "EDGE_POINTXYZ_PRIOR": Form("landmark_anchors", 1, "x y z", 3, 3),
+        "PARAMS_SE3OFFSET": Form("offsets", 1, _POSE3, 7),
+    },
+    vertex="VERTEX_SE3:QUAT",
+    edge="EDGE_SE3:QUAT",
+    landmark="VERTEX_TRACKXYZ",
+    observation="EDGE_SE3_TRACKXYZ",
+    prior="EDGE_SE3_PRIOR",
+    position_prior="EDGE_SE3_XYZ_PRIOR",
+    landmark_prior="EDGE_POINTXYZ_PRIOR",
+    offset="PARAMS_SE3OFFSET",
+    size=7,
+    dimension=3,
+    tangent=6,
+    rotation=(4,),
+    rotation_field="q",
+    model="pose_graph_3d",
 )
+
+PARTS = ("landmarks", "observations", "bearings", "landmark_anchors", "anchors")
+"""Collections that a model may lack if the file has nothing for them."""
 
 
 def kind_of(store: Store, name: str) -> Kind:
@@ -137,7 +257,7 @@ def _fits(store: Store, kind: Kind) -> bool:
         return False
     poses, edges = store.tables["poses"], store.tables["edges"]
     rotation = kind.rotation_field
-    wanted = {"t": kind.position, rotation: kind.rotation}
+    wanted = {"t": (kind.dimension,), rotation: kind.rotation}
     square = (kind.tangent, kind.tangent)
     for table, shapes in ((poses, wanted), (edges, {**wanted, "u": square})):
         for path, shape in shapes.items():
