@@ -26,6 +26,7 @@ from benchmarks import (
     strategies,
     threads,
 )
+from benchmarks.export import chapter as exported
 from benchmarks.measure import machine
 from benchmarks.report import suite_report, summary
 from benchmarks.sketch import chapter as sketch
@@ -53,6 +54,7 @@ OWN: dict[str, Chapter] = {
     "optimum": optimum.run,
     "sketch": sketch.run,
     "sketch-frames": frames.run,
+    "export": exported.run,
     "demo-seeds": demo_seeds.run,
     "parts": parts.run,
 }

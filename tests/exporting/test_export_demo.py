@@ -36,8 +36,6 @@ def test_the_program_is_clean_and_finds_the_solution(
     printed = subprocess.run([target], capture_output=True, text=True, check=True).stdout
     window = demo["window"]()  # type: ignore[operator]
     result = window.solve(rel_precision=1e-12)
-    np.testing.assert_allclose(
-        float(printed.split("-> ")[1].split(",")[0]), result.cost, rtol=1e-6
-    )
+    np.testing.assert_allclose(float(printed.split("-> ")[1].split(",")[0]), result.cost, rtol=1e-6)
     rows = [line.split()[2:] for line in printed.splitlines() if line.startswith("landmark")]
     np.testing.assert_allclose(np.array(rows, float), window.landmarks.pos.value, atol=1e-6)
