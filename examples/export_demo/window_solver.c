@@ -356,7 +356,7 @@ static void dogleg(window_state *s, double radius)
     for (int k = 0; k < WINDOW_SCALARS; k++) s->step[k] += (double)along * (s->newton[k] - s->step[k]);
 }
 
-static int finite(double x) { return x - x == 0.0; }
+static int is_finite(double x) { return x - x == 0.0; }
 
 /* One pass: trust region or damping until the predicted decrease is below precision * cost. */
 static void minimise(window_data *data, window_state *s, const window_options *options, double precision,
@@ -368,7 +368,7 @@ static void minimise(window_data *data, window_state *s, const window_options *o
     result->status = linearise(data, s, &cost);
     result->cost = cost;
     if (result->status != WINDOW_OK) return;
-    if (!finite(cost)) {
+    if (!is_finite(cost)) {
         result->status = WINDOW_NOT_FINITE;
         return;
     }
@@ -397,7 +397,7 @@ static void minimise(window_data *data, window_state *s, const window_options *o
             result->status = status;
             return;
         }
-        const double gain = finite(trial) && predicted > 0.0 ? (cost - trial) / predicted : -1.0;
+        const double gain = is_finite(trial) && predicted > 0.0 ? (cost - trial) / predicted : -1.0;
         const double length = scaled_length(s, s->step);
         stepped = trial < cost && (gain > 1e-4 || last);
         if (stepped) {
