@@ -1753,7 +1753,12 @@ class Commands:
         """
         return self._command("timing", (switch,), {})
 
-    def settings(self, name: Argument | None = None, value: Argument | None = None) -> Any:
+    def settings(
+        self,
+        name: Argument | None = None,
+        value: Argument | None = None,
+        how: Argument | None = None,
+    ) -> Any:
         """Show the switches, or set one; `unit` is that of lengths: mm, cm, m, in.
 
         As a command::
@@ -1761,6 +1766,6 @@ class Commands:
             settings
             settings NAME on
             settings NAME off
-            settings unit mm
+            settings unit in convert
         """
-        return self._command("settings", (name, value), {})
+        return self._command("settings", (name, value, how), {})

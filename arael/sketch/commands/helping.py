@@ -9,6 +9,7 @@ from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.session import Session
 from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import fail
+from arael.sketch.transfer.converting import converted
 
 
 @command(
@@ -74,14 +75,15 @@ def timing(session: Session, words: Words) -> Reply:
 @command(
     "settings",
     group="session",
-    usage=["settings", "settings NAME on", "settings NAME off", "settings unit mm"],
+    usage=["settings", "settings NAME on", "settings NAME off", "settings unit in convert"],
     summary="Show the switches, or set one; `unit` is that of lengths: mm, cm, m, in.",
     details="""
 `structural_dof`: the number of degrees of freedom follows connections without a new analysis. It is
 always exact here, so that the switch changes nothing; scripts that set it keep working.
-The unit tells what a plain number means; numbers stay as they are when it changes.
+The unit tells what a plain number means. With `convert` every length is converted, so that the part
+keeps its size; with `relabel`, or nothing, numbers stay as they are, so that its size changes.
 """,
-    arguments=("name=", "value="),
+    arguments=("name=", "value=", "how="),
 )
 def settings(session: Session, words: Words) -> Reply:
     """Show or set switches."""
@@ -90,8 +92,11 @@ def settings(session: Session, words: Words) -> Reply:
         name = words.choice("a setting", *known, "unit")
         if name == "unit":
             unit = words.choice("a unit", "mm", "cm", "m", "in")
+            how = words.accept("convert", "relabel")
             words.end()
             with session.document.transaction("unit"):
+                if how == "convert":
+                    converted(session.editor, unit)
                 session.document.set_setting("unit", unit)
                 session.editor.solve()
         else:

@@ -4,6 +4,7 @@ import { FORMATS } from "./actions/filing.js";
 import { LAYERS } from "./actions/viewing.js";
 import { fill, h, roving } from "./dom.js";
 import { icon } from "./icons.js";
+import { askPartUnit } from "./part_unit.js";
 
 /**
  * @typedef {import("./app.js").App} App
@@ -17,7 +18,6 @@ import { icon } from "./icons.js";
  * @property {() => unknown} run
  */
 
-const UNITS = ["mm", "cm", "m", "in"];
 const THEMES = [
   { id: "auto", title: "Theme as the system" },
   { id: "light", title: "Light" },
@@ -57,18 +57,13 @@ const MENUS = {
     action(app, "freeze"),
     action(app, "switch_off"),
     action(app, "switch_on"),
+    null,
+    { title: `Unit of the part: ${app.store.unit} ...`, run: () => askPartUnit(app) },
   ],
   View: (app) => [
     action(app, "fit"),
     action(app, "grid"),
     ...LAYERS.map(({ id }) => action(app, `show_${id}`)),
-    null,
-    ...UNITS.map((unit) => ({
-      title: `Unit: ${unit}`,
-      checked: app.store.unit === unit,
-      role: "menuitemradio",
-      run: () => app.run(`settings unit ${unit}`),
-    })),
     null,
     ...THEMES.map(({ id, title }) => ({
       title,

@@ -224,19 +224,33 @@ def test_a_key_without_what_it_needs_says_what_it_needs(page: Any) -> None:
 
 
 @exercises("action:show_glyphs")
-def test_menus_set_unit_theme_and_what_is_shown(page: Any) -> None:
+def test_menus_set_theme_and_what_is_shown(page: Any) -> None:
     def choose(menu: str, item: str) -> None:
         page.get_by_role("menuitem", name=menu, exact=True).click()
         page.locator(".menu:not([hidden])").get_by_text(item, exact=True).click()
 
-    choose("View", "Unit: in")
-    wait(page, "app.store.unit === 'in'")
     choose("View", "Dark")
     assert page.evaluate("getComputedStyle(document.body).colorScheme") == "dark"
     choose("View", "Constraint marks")
     assert page.evaluate("app.renderer.annotations.shown.glyphs") is False
     choose("View", "Theme as the system")
     assert page.evaluate("document.documentElement.dataset.theme") is None
+
+
+@pytest.mark.parametrize(("how", "number"), [("Convert", 40 / 25.4), ("Relabel", 40.0)])
+def test_the_unit_of_the_part_is_converted_or_relabelled(
+    page: Any, how: str, number: float
+) -> None:
+    run(page, "length L0 40")
+    page.get_by_role("menuitem", name="Edit", exact=True).click()
+    page.get_by_text("Unit of the part: mm ...").click()
+    page.get_by_label("new unit of the part").select_option("in")
+    page.get_by_role("button", name=how).click()
+    wait(page, "app.store.unit === 'in'")
+    assert page.evaluate("app.store.dimensions.get('d0').value.number") == pytest.approx(number)
+    assert length(page, "L0") == pytest.approx(number)
+    run(page, "undo")
+    wait(page, "app.store.unit === 'mm' && app.store.dimensions.get('d0').value.number === 40")
 
 
 @exercises("action:keys", "action:manual")
