@@ -468,7 +468,7 @@ class Model(Displayed, Fields):
         # imported here: start-up time
         from arael.analysis.covariance import covariance
 
-        return covariance(self._problem(), scale, gauge)
+        return covariance(self._problem(), scale, gauge, self)
 
     def report(self, scale: str = "known") -> Report:
         """Report on the current values: standard errors, correlations, chi-square, suspicions.

@@ -98,7 +98,7 @@ class Checks:
 
 
 def structural_notes(
-    problem: Problem, solver: LinearSolver, damping: float, known: tuple[Note, ...] | None
+    problem: Problem, solver: LinearSolver, damping: float, determined: bool
 ) -> tuple[Note, ...]:
     """Notes on the numbers of residuals and unknowns, and on the rank.
 
@@ -107,11 +107,11 @@ def structural_notes(
     problem : at its solution
     solver : of a solve
     damping : with which it factorised last; NaN if it has no factor of the whole problem
-    known : notes on the structure before in the same session; None if there is none
+    determined : whether it is known that the cost has no symmetries
     """
     found = [*_underdetermined(problem)]
     if type(problem) is Problem and not problem.evaluation.updating:
-        found += _free(problem, solver, damping, known == () and not found)
+        found += _free(problem, solver, damping, determined)
     return tuple(found)
 
 
@@ -134,13 +134,13 @@ def _underdetermined(problem: Problem) -> list[Note]:
     ]
 
 
-def _free(
-    problem: Problem, solver: LinearSolver, damping: float, was_determined: bool
-) -> list[Note]:
+def _free(problem: Problem, solver: LinearSolver, damping: float, determined: bool) -> list[Note]:
     """Free directions; those that J'J does not show only where nothing was known before."""
     grown = _growth(problem, solver, damping)
     suspicious = grown is not None
-    if not suspicious and (was_determined or not _has_symmetries(problem)):
+    if not suspicious and (
+        determined or not looks_for_symmetries(problem) or not has_symmetries(problem)
+    ):
         return []
     # imported here: start-up time
     from arael.analysis.freedom import FreeDirections
@@ -171,10 +171,24 @@ def _free(
     ]
 
 
-def _has_symmetries(problem: Problem) -> bool:
+def looks_for_symmetries(problem: Problem) -> bool:
+    """Whether a solve looks for symmetries that J'J does not show."""
+    return problem.size <= _MOST and type(problem) is Problem and not problem.evaluation.updating
+
+
+def extent_of(problem: Problem) -> tuple[int, ...]:
+    """Number of scalars that do not move, and of the active instances of each constraint."""
+    structure = problem.structure
+    fixed = sum(
+        int(block.free.size - np.count_nonzero(block.free)) for block in structure.system.blocks
+    )
+    return (fixed, *map(len, structure.active))
+
+
+def has_symmetries(problem: Problem) -> bool:
     """Whether the cost of a problem of full rank may be free to turn, shift or scale."""
     layout, system = problem.layout, problem.structure.system
-    if problem.size > _MOST or all(group.residuals == 1 for group in layout.groups):
+    if all(group.residuals == 1 for group in layout.groups):
         return False
     # imported here: start-up time
     from arael.analysis.symmetries import symmetries

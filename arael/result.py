@@ -116,10 +116,9 @@ class Result(Displayed):
         found = self.checks
         if found is None:
             return ()
-        if not isinstance(found, tuple):
-            found = found.notes()
-            object.__setattr__(self, "checks", found)
-        return found
+        notes: tuple[Note, ...] = found if isinstance(found, tuple) else found.notes()
+        object.__setattr__(self, "checks", notes)
+        return notes
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "checks": self.notes}

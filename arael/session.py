@@ -43,13 +43,21 @@ class Session:
     """
 
     counts: Counts = field(default_factory=Counts)
-    structural: tuple[Any, Any] | None = None  # the structure last checked, and notes on it
+    structural: tuple[Any, Any, Any] | None = None  # the structure checked, notes on it, its extent
+    determined: bool = False  # whether symmetries of the cost were looked for and not found
+    stamp: int = 0  # counts what used the memory of the linear solver
+    swept: tuple[Any, Any] | None = None  # a solver, and where its forward sweep leaves its result
     _problem: Problem | None = None
     _linear: LinearSolver | None = None
     _asked: tuple[str, dict[str, Any]] | None = None
     _choice: Choice | None = None
     _starts: tuple[int, ...] = ()
     _lock: Any = field(default_factory=Lock, repr=False)
+
+    @property
+    def solver(self) -> LinearSolver | None:
+        """The linear solver of the last solve."""
+        return self._linear
 
     @property
     def earlier(self) -> Problem | None:
@@ -65,7 +73,10 @@ class Session:
 
     def release(self) -> None:
         """Free all memory; the next solve starts from the model's data alone."""
-        self._problem = self._linear = self._asked = self._choice = self.structural = None
+        self._problem = self._linear = self._asked = self._choice = None
+        self.structural = self.swept = None
+        self.determined = False
+        self.stamp += 1
 
     def refreshed(self, store: Any, frozen: frozenset[str]) -> Problem | None:
         """The cached problem with current values and data; None if the structure changed."""
@@ -95,6 +106,7 @@ class Session:
         self, problem: Problem, name: str, options: Mapping[str, Any]
     ) -> tuple[LinearSolver, float]:
         """A linear solver for the problem, the cached one if it fits, and the seconds spent."""
+        self.stamp += 1
         starts = problem.structure.system.starts
         known = self._linear
         if (

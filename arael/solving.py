@@ -18,7 +18,13 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.progress import shown
 from arael.log import LEVELS, log, logger
-from arael.notes import Checks, frozen_note, structural_notes
+from arael.notes import (
+    Checks,
+    extent_of,
+    frozen_note,
+    looks_for_symmetries,
+    structural_notes,
+)
 from arael.result import Plan, Result, joined
 from arael.runtime.failures import FunctionError, SolveError
 from arael.runtime.layout import Layout, LayoutPass
@@ -321,9 +327,16 @@ def take_notes(
     if structural is None or structural[0] is not problem.structure:
         whole = outcome.components is None and outcome.undamped
         damping = float(outcome.history["damping"][-1]) if whole else math.nan
-        before = None if structural is None else structural[1]
-        found = structural_notes(problem, linear, damping, before)
-        session.structural = structural = (problem.structure, found)
+        extent = extent_of(problem)
+        # What held the map holds it when only rows were added, or more is fixed.
+        session.determined &= (
+            structural is not None
+            and structural[1] == ()
+            and all(now >= then for now, then in zip(extent, structural[2], strict=True))
+        )
+        found = structural_notes(problem, linear, damping, session.determined)
+        session.structural = structural = (problem.structure, found, extent)
+        session.determined |= found == () and looks_for_symmetries(problem)
     last = results[-1].__dict__
     notes = structural[1]
     if len(results) > 1:

@@ -21,6 +21,7 @@ from arael.analysis.datum import Datum, bases_of, scalars_to_hold
 from arael.analysis.freedom import FreeDirection, FreeDirections, refuse_free_directions
 from arael.analysis.normal import NormalEquations
 from arael.analysis.scalars import scalar_names_within, tangent_units
+from arael.analysis.session_factor import SessionFactor, session_factor
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.displayed import Displayed
@@ -77,11 +78,8 @@ class Covariance(Displayed):
     ----------
     factor : by which ``(J'J)^-1`` is multiplied
     free_directions : directions in which the covariance is that of a datum; none if it is fixed
-    names : (n,) names of the scalars
     units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" without one; of a
         transform the translation has the declared unit, the rotation is in radians
-    on_bound : parameters excluded because they are on an active bound, by name, each with the bound
-        in words
 
     Raises
     ------
@@ -91,42 +89,73 @@ class Covariance(Displayed):
         E1035: an unknown scale, or no degrees of freedom to estimate it from.
     """
 
-    def __init__(self, problem: Problem, scale: str = "known", gauge: str = "fixed") -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        scale: str = "known",
+        gauge: str = "fixed",
+        factor: SessionFactor | None = None,
+    ) -> None:
         check_scale(scale)
         if not isinstance(gauge, str) or gauge not in GAUGES:
             raise wrong_argument("covariance", "gauge", '"fixed" or "free"', gauge)
-        equations = NormalEquations(problem, hold_bounds=True)
-        self._equations = equations
         self._problem = problem
-        self.on_bound = equations.on_bound
-        self.names = equations.names
-        self._number = {name: i for i, name in enumerate(self.names)}
         self._columns: dict[int, Floats] = {}
         self._datum: Datum | None = None
-        # Of the sparse system; those that it holds have the variance 0 in it.
-        self._moves = np.zeros(problem.size)
-        self._moves[equations.free] = 1
+        self._quick = factor
         self.free_directions: list[FreeDirection] = []
+        self.factor = 1.0
+        if factor is not None:
+            return  # it has no free directions, and all else can wait
         # Factorised here, so that a singular system is reported at once.
         if gauge == "free":
-            self._solver = self._take_datum(FreeDirections(equations))
+            self._take_datum(FreeDirections(self._equations))
         else:
-            refuse_free_directions(equations)
-            self._solver = equations.solver
-        count = len(self.names) - len(self.free_directions)
-        self.factor = 1.0 if scale == "known" else _variance(problem, count)
+            refuse_free_directions(self._equations)
+            self._solver = self._equations.solver
+        if scale != "known":
+            self.factor = _variance(problem, len(self.names) - len(self.free_directions))
 
-    def _take_datum(self, directions: FreeDirections) -> SparseSolver:
+    @cached_property
+    def _equations(self) -> NormalEquations:
+        return NormalEquations(self._problem, hold_bounds=True)
+
+    @cached_property
+    def _solver(self) -> SparseSolver:
+        return self._equations.solver
+
+    @cached_property
+    def _moves(self) -> Floats:
+        """(size,) 1 for scalars that move in the sparse system, 0 for those that it holds."""
+        found = np.zeros(self._problem.size)
+        found[self._equations.free] = 1
+        return found
+
+    @property
+    def on_bound(self) -> dict[str, str]:
+        """Parameters excluded because they are on an active bound, each with the bound in words."""
+        return self._equations.on_bound
+
+    @property
+    def names(self) -> list[str]:
+        """(n,) names of the scalars."""
+        return self._equations.names
+
+    @cached_property
+    def _number(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.names)}
+
+    def _take_datum(self, directions: FreeDirections) -> None:
         equations = self._equations
         if not directions:
-            return equations.solver
+            self._solver = equations.solver
+            return
         self.free_directions = list(directions)
         null, others = bases_of(directions)
         held = equations.free[scalars_to_hold(null, equations.scale[equations.free])]
         self._moves[held] = 0
         self._solver = equations.factorised(held)
         self._datum = Datum.inner(self._base, null, others)
-        return self._solver
 
     def in_datum(self, where: Where) -> Covariance:
         """The covariance in the datum of some parameters, of one of ``gauge="free"``.
@@ -179,6 +208,11 @@ class Covariance(Displayed):
 
     def marginal(self, where: Where) -> Floats:
         """(k, k) marginal covariance of an entity or of one parameter; of a list, jointly."""
+        if self._quick is not None:
+            scalars = self._scalars_of_row(where)
+            quick = None if scalars is None else self._quick.marginal(scalars)
+            if quick is not None:
+                return quick
         found = self._scalars(where)
         return self._block(found, found)
 
@@ -393,6 +427,25 @@ class Covariance(Displayed):
             return joined
         return np.array(list(self._local_names(where).values()), dtype=np.int64)
 
+    def _scalars_of_row(self, where: Where) -> Ints | None:
+        """Scalars of the system in a row, by its ref or (path, row); None if it takes names."""
+        if hasattr(where, "_handle"):
+            path, row = where._table.layout.path, int(where._table.row_of(where._handle))
+        elif isinstance(where, tuple) and [type(one) for one in where] == [str, int]:
+            path, row = where
+        else:
+            return None
+        system = self._problem.structure.system
+        found = []
+        for entity, blocks in zip(system.layout.entities, system.blocks, strict=True):
+            if entity.table.startswith(f"{path}."):
+                return None  # rows within the row
+            if entity.table == path and 0 <= row < len(blocks.first) and blocks.first[row] >= 0:
+                free = np.flatnonzero(blocks.free[row])
+                found.append(blocks.first[row] + free)
+        every = np.concatenate(found) if path and found else np.zeros(0, dtype=np.int64)
+        return every if len(every) else None
+
     def _local_names(self, where: Where) -> dict[str, int]:
         """Names within `where` of its scalars, and their columns."""
         name = self._name(where)
@@ -481,9 +534,12 @@ def _no_datum(where: Where, chosen: Ints, directions: list[FreeDirection]) -> Di
     )
 
 
-def covariance(problem: Problem, scale: str = "known", gauge: str = "fixed") -> Covariance:
-    """Covariance of all free scalars; see `Covariance`."""
-    return Covariance(problem, scale, gauge)
+def covariance(
+    problem: Problem, scale: str = "known", gauge: str = "fixed", model: Any = None
+) -> Covariance:
+    """Covariance of all free scalars; see `Covariance`. That of a `model` takes its session."""
+    known = model is not None and (scale, gauge) == ("known", "fixed")
+    return Covariance(problem, scale, gauge, session_factor(model, problem) if known else None)
 
 
 def check_scale(scale: str) -> None:

@@ -284,11 +284,11 @@ def _null_space(problem: Problem, columns: list[_Column], count: int) -> tuple[F
     if not kept.shape[1]:
         return np.zeros((count, 0)), size
     basis = kept * inverse[:, None]
-    rows = []
+    rows: list[Floats] = []
     try:
         count_kept = kept.shape[1]
         for turn in range(count_kept + _POINTS_MORE):
-            if turn == count_kept and np.linalg.svd(np.array(rows), compute_uv=False)[-1] > _NONE:
+            if turn == count_kept and np.linalg.svd(np.array(rows), compute_uv=False).min() > _NONE:
                 return np.zeros((count, 0)), size
             for number, values in enumerate(start):
                 evaluation.start_at(number, values)

@@ -149,6 +149,19 @@ def test_sigmas_in_a_datum_of_coordinates(solved) -> None:
     assert transformed.marginal("anchors[0]") == pytest.approx(np.zeros((3, 3)), abs=1e-9)
 
 
+def test_solves_of_a_session_follow_what_is_fixed(solved) -> None:
+    assert [one.topic for one in solved.solve().notes] == ["free"]
+    solved.anchors[0].pos.fixed = True
+    solved.anchors[1].pos.fixed = [False, True, True]
+    solved.anchors[2].pos.fixed = [False, False, True]
+    assert solved.solve().notes == ()
+    assert solved.covariance().marginal(solved.anchors[4]).shape == (3, 3)
+    solved.anchors[2].pos.fixed = False
+    assert [one.topic for one in solved.solve().notes] == ["free"]
+    with pytest.raises(SolveError, match=r"1 of \d+ directions are free"):
+        solved.covariance()
+
+
 def test_inner_constraints_are_the_least_trace(solved) -> None:
     j = solved.jacobian().dense()
     g = np.column_stack([one.vector for one in solved.free_directions()])

@@ -430,6 +430,7 @@ cdef class SparseSolver(LinearSolver):
         The contributions of a front to the rows below it are stored in place of its update matrix.
         """
         cdef Py_ssize_t i, j, k, to
+        cdef bint zero
         cdef const Front* f = self._fronts + s
         cdef const Front* c
         cdef const int* run
@@ -448,13 +449,23 @@ cdef class SparseSolver(LinearSolver):
                 to = run[2]
                 for i in range(run[1]):
                     x[to + i] += from_[run[0] + i]
-        tile_forward(f.columns, f.columns, storage + f.triangle, f.tall,
-                     <const real*>self._inverse + f.first, x)
+        # Of a unit vector most fronts have zeros: only those on its path to the root are read.
+        zero = True
+        for i in range(f.columns):
+            if x[i] != 0:
+                zero = False
+                break
+        if not zero:
+            tile_forward(f.columns, f.columns, storage + f.triangle, f.tall,
+                         <const real*>self._inverse + f.first, x)
         for i in range(f.columns):
             side[i * f.low] = x[i]
         if f.below == 0:
             return
-        tile_multiply(f.below, f.columns, storage + f.panel, f.low, x, update)
+        if zero:
+            memset(update, 0, f.below * sizeof(real))
+        else:
+            tile_multiply(f.below, f.columns, storage + f.panel, f.low, x, update)
         for k in range((f - 1).children, f.children):
             c = self._fronts + self._children[k] + 1
             from_ = self._update(c, workspace)
