@@ -466,9 +466,12 @@ class Model(Displayed, Fields):
             E1035: an unknown scale, or no more residuals than parameters.
         """
         # imported here: start-up time
-        from arael.analysis.covariance import covariance
+        from arael.analysis.covariance import Covariance
+        from arael.session_factor import session_factor
 
-        return covariance(self._problem(), scale, gauge, self)
+        problem = self._problem()
+        usual = (scale, gauge) == ("known", "fixed")
+        return Covariance(problem, scale, gauge, session_factor(self, problem) if usual else None)
 
     def report(self, scale: str = "known") -> Report:
         """Report on the current values: standard errors, correlations, chi-square, suspicions.

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from copy import copy
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,6 @@ from arael.analysis.datum import Datum, bases_of, scalars_to_hold
 from arael.analysis.freedom import FreeDirection, FreeDirections, refuse_free_directions
 from arael.analysis.normal import NormalEquations
 from arael.analysis.scalars import scalar_names_within, tangent_units
-from arael.analysis.session_factor import SessionFactor, session_factor
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.displayed import Displayed
@@ -52,6 +51,13 @@ _KEPT = 300
 _INDEX = re.compile(r"\[\d+\]")
 
 
+class Marginals(Protocol):
+    """A factor of J'J that is there already, as long as it is (`arael.session_factor`)."""
+
+    def marginal(self, scalars: Ints) -> Floats | None:
+        """(k, k) block of the inverse for scalars of the system; None if there is no factor now."""
+
+
 class Covariance(Displayed):
     """Covariance of all free scalars, at the values of the model when it was created.
 
@@ -73,6 +79,7 @@ class Covariance(Displayed):
     gauge : ``"fixed"``: free directions are an error. ``"free"``: the covariance under inner
         constraints, of the least trace of all that differ by free directions
         (`arael.analysis.datum`); `in_datum` transforms it to another datum
+    factor : of the problem at its values, with nothing free and no bounds, or None
 
     Attributes
     ----------
@@ -94,7 +101,7 @@ class Covariance(Displayed):
         problem: Problem,
         scale: str = "known",
         gauge: str = "fixed",
-        factor: SessionFactor | None = None,
+        factor: Marginals | None = None,
     ) -> None:
         check_scale(scale)
         if not isinstance(gauge, str) or gauge not in GAUGES:
@@ -534,12 +541,9 @@ def _no_datum(where: Where, chosen: Ints, directions: list[FreeDirection]) -> Di
     )
 
 
-def covariance(
-    problem: Problem, scale: str = "known", gauge: str = "fixed", model: Any = None
-) -> Covariance:
-    """Covariance of all free scalars; see `Covariance`. That of a `model` takes its session."""
-    known = model is not None and (scale, gauge) == ("known", "fixed")
-    return Covariance(problem, scale, gauge, session_factor(model, problem) if known else None)
+def covariance(problem: Problem, scale: str = "known", gauge: str = "fixed") -> Covariance:
+    """Covariance of all free scalars; see `Covariance`."""
+    return Covariance(problem, scale, gauge)
 
 
 def check_scale(scale: str) -> None:

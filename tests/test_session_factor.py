@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import arael
-from arael import notes
-from arael.analysis import session_factor
+from arael import notes, session_factor
 from arael.analysis.covariance import Covariance
 from tests.analysis.maps import planar
 
