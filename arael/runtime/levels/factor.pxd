@@ -10,6 +10,7 @@ from arael.runtime.compiled cimport Interruption
 
 cdef class RowFactor:
     cdef readonly Py_ssize_t n, m, count, components
+    cdef double least_square                # squared length up to which a row holds nothing
     cdef readonly double pivot_tolerance    # squared sine below which a row depends on earlier ones
     cdef Interruption interruption          # looked at before every row
     cdef object _keep

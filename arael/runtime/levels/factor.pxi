@@ -17,12 +17,14 @@ from arael.runtime.compiled cimport Interruption
 cdef class RowFactor:
     """Numeric factor on a `Structure`; used from C."""
 
-    def __init__(self, Py_ssize_t n, Py_ssize_t m, structure, scales, basic, double tolerance):
+    def __init__(self, Py_ssize_t n, Py_ssize_t m, structure, scales, basic, double tolerance,
+                 double shortest=0.0):
         self.n, self.m = n, m
         self.interruption = Interruption()
         self.count = len(structure.row_of)
         self.components = len(structure.component_start) - 1
         self.pivot_tolerance = tolerance
+        self.least_square = max(shortest * shortest, 1e-300)
         entries, count = len(structure.unknown), self.count
         own = {
             "scale": np.array(scales, dtype=np.float64),
@@ -81,7 +83,7 @@ cdef class RowFactor:
                 v = entries[self.source[e]] * self.scale[self.unknown[e]]
                 self.value[e] = v
                 norm += v * v
-            norm = 1.0 / sqrt(norm) if norm > 1e-300 else 0.0
+            norm = 1.0 / sqrt(norm) if norm > self.least_square else 0.0
             self.row_scale[k] = norm
             for e in range(self.start[k], self.start[k + 1]):
                 self.value[e] *= norm

@@ -42,6 +42,9 @@ cdef class Levels(LowerLevels):
     pivot_tolerance : float
         Squared sine of the angle between a row of the Jacobian and the span of other rows below
         which it is taken as redundant.
+    shortest : float
+        Rows of the Jacobian that are shorter, in scaled unknowns, hold nothing: their entries
+        cancel out up to rounding.
     interruption : Interruption, optional
         Requests to break off, shared with other solvers; they last until they are withdrawn.
         By default the solver's own: requests then concern the solve in progress only.
@@ -54,7 +57,7 @@ cdef class Levels(LowerLevels):
 
     cdef readonly Rows soft
     cdef readonly object scales
-    cdef readonly double pivot_tolerance
+    cdef readonly double pivot_tolerance, shortest
     cdef object _key, _touched, _low, _high, _own
     cdef object _soft_keep, _soft_key
     cdef object _cursor             # rows of the last drag
@@ -62,7 +65,7 @@ cdef class Levels(LowerLevels):
 
     def __init__(
         self, Rows rows not None, Rows soft=None, *, Rows guards=None, scales=None,
-        int step_limit=100, double pivot_tolerance=PIVOT_TOLERANCE,
+        int step_limit=100, double pivot_tolerance=PIVOT_TOLERANCE, double shortest=0.0,
         Interruption interruption=None,
     ):
         self.rows, self.soft, self.guards = rows, soft, guards
@@ -70,7 +73,7 @@ cdef class Levels(LowerLevels):
             if other is not None and other.n != rows.n:
                 raise ValueError(f"expected rows of {rows.n} unknowns, found {other.n}")
         self.scales = None if scales is None else np.array(scales, dtype=np.float64)
-        self.limit, self.pivot_tolerance = step_limit, pivot_tolerance
+        self.limit, self.pivot_tolerance, self.shortest = step_limit, pivot_tolerance, shortest
         self._key = None
         self._shared = interruption is not None
         self.interruption = interruption if interruption is not None else Interruption()
@@ -106,7 +109,8 @@ cdef class Levels(LowerLevels):
         if scales.shape != (n,) or not (np.isfinite(scales) & (scales > 0)).all():
             raise ValueError(f"expected {n} positive scales of unknowns")
         factor = RowFactor(
-            n, m, structure, np.where(free, scales, 0.0), basic, self.pivot_tolerance
+            n, m, structure, np.where(free, scales, 0.0), basic, self.pivot_tolerance,
+            self.shortest,
         )
         self.prepare(factor, self.limit)
         self._own = {

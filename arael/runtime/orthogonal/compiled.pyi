@@ -26,7 +26,11 @@ class RankQR:
         interruption: Interruption | None = None,
     ) -> None: ...
     def factor(
-        self, entries: ArrayLike, scale: ArrayLike | None = None, active: ArrayLike | None = None
+        self,
+        entries: ArrayLike,
+        scale: ArrayLike | None = None,
+        active: ArrayLike | None = None,
+        shortest: float = 0.0,
     ) -> None: ...
     @property
     def rank(self) -> int: ...

@@ -63,7 +63,7 @@ cdef class RankQR(ScaledFactor):
             20 * max(m + n, 1) * eps if tolerance is None else tolerance, self.interruption,
         )
 
-    def factor(self, entries, scale=None, active=None):
+    def factor(self, entries, scale=None, active=None, shortest=0.0):
         """Factor the matrix with these entries.
 
         Parameters
@@ -75,12 +75,20 @@ cdef class RankQR(ScaledFactor):
             entries; entries below 4 eps of the greatest of their equation are then zero.
         active : (m,) bool, optional
             Equations that take part; all by default.
+        shortest : float, optional
+            Length that an equation has, in scaled unknowns, where its entries do not cancel out.
+            Those that are shorter are not scaled up to others: what is left of them may be
+            rounding. 0, where that is not known, scales all.
 
         Raises
         ------
         ValueError
-            For arrays of another length, and for an entry or scale that is not finite.
+            For arrays of another length, for an entry or scale that is not finite, and for a
+            negative length.
         """
+        if not shortest >= 0.0:
+            raise ValueError(f"expected a shortest length of at least 0, found {shortest}")
+        self.shortest = shortest
         entries = _doubles(entries, len(self.indices), "entries")
         cdef const double* scales = NULL
         cdef const uint8_t* on = NULL
@@ -483,7 +491,7 @@ cdef class RankQR(ScaledFactor):
             # Scales of unknowns stay as they are.
             equation_scales(
                 self.m, self.start, self.at, self.entries, self.active,
-                self.of_unknowns, self.of_equations,
+                self.of_unknowns, self.of_equations, self.shortest,
             )
             self.load()
             self.refactor(equation)
@@ -515,14 +523,14 @@ cdef class RankQR(ScaledFactor):
         active = np.append(self._active(), True)
         numbers = np.append(self.numbers, values)
         scale = None if self.automatic else self.scales[1]
-        interruption = self.interruption
+        interruption, shortest = self.interruption, self.shortest
         RankQR.__init__(
             self, self.m + 1, self.n,
             np.append(self.indptr, self.start[self.m] + len(unknowns)),
             np.append(self.indices, unknowns),
             np.append(self.priority, priority), self.given_tolerance,
         )
-        self.factor(numbers, scale, active)
+        self.factor(numbers, scale, active, shortest)
         # Its arrays are replaced one after the other: it must not be left between two of them.
         self.analysis.interruption = self.part.interruption = self.interruption = interruption
         return found

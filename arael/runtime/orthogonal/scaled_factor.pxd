@@ -36,6 +36,7 @@ cdef class ScaledFactor:
     cdef double* side                   # (n) workspace
     cdef double* other                  # (n) workspace
     cdef bint automatic                 # whether the unknowns are scaled here
+    cdef double shortest                # see `RankQR.factor`
     cdef double dead                    # remaining length up to which an equation is dependent
 
     cdef void* array(self, dtype, Py_ssize_t count) except? NULL

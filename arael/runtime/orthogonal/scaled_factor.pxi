@@ -80,13 +80,13 @@ cdef class ScaledFactor:
         if self.automatic:
             both_scales(
                 self.m, self.n, self.start, self.at, self.entries, self.active,
-                self.of_unknowns, self.of_equations, self.side, self.other,
+                self.of_unknowns, self.of_equations, self.side, self.other, self.shortest,
             )
         else:
             memcpy(self.of_unknowns, scale, self.n * sizeof(double))
             equation_scales(
                 self.m, self.start, self.at, self.entries, self.active,
-                self.of_unknowns, self.of_equations,
+                self.of_unknowns, self.of_equations, self.shortest,
             )
         self.load()
         # Roundings of what is below the pivots of a front; and what counts as no rank.
@@ -98,7 +98,7 @@ cdef class ScaledFactor:
     cdef void load(self) noexcept nogil:
         """Scaled entries for the factorisation, and the absolute tolerance."""
         cdef int i, p, t
-        cdef double total, of_unknown, x, greatest = 0
+        cdef double total, of_unknown, x, greatest = 1.0 if self.shortest > 0 else 0.0
         cdef double* by_entry = self.part.values
         cdef const Plan* a = &self.analysis.plan
         for i in range(self.m):
@@ -234,7 +234,10 @@ cdef class ScaledFactor:
             f = self.part.found[i]
             for s in range(a.columns[f], a.columns[f] + a.pivots[f]):
                 self.part.multiplier[a.column[s]] = 0
-        remainder[0] = min(sqrt(left / length), 1.0) if length > 0 else 0.0
+        if length > 0:
+            # Relative to the row, or to what it could be; in units of `largest`.
+            y = sqrt(length)
+            remainder[0] = min(sqrt(left) / max(y, self.shortest / largest), 1.0)
         return found
 
     cdef int refactor(self, int equation) noexcept nogil:

@@ -7,10 +7,10 @@ cdef int not_finite(
 ) noexcept nogil
 cdef void equation_scales(
     int m, const int* start, const int* at, const double* entries, const uint8_t* active,
-    const double* of_unknowns, double* of_equations,
+    const double* of_unknowns, double* of_equations, double shortest,
 ) noexcept nogil
 cdef void both_scales(
     int m, int n, const int* start, const int* at, const double* entries, const uint8_t* active,
-    double* of_unknowns, double* of_equations, double* least, double* greatest,
+    double* of_unknowns, double* of_equations, double* least, double* greatest, double shortest,
 ) noexcept nogil
 cdef double negligible(int count, const double* entries) noexcept nogil

@@ -42,9 +42,13 @@ cdef int not_finite(
 
 cdef void equation_scales(
     int m, const int* start, const int* at, const double* entries, const uint8_t* active,
-    const double* of_unknowns, double* of_equations,
+    const double* of_unknowns, double* of_equations, double shortest,
 ) noexcept nogil:
-    """Scale equations to lengths in [1, 2), with given scales of the unknowns."""
+    """Scale equations to lengths in [1, 2), with given scales of the unknowns.
+
+    An equation below `shortest` is short because its entries cancelled out: their errors are those
+    of the length that it could have, and it is scaled as one of that length.
+    """
     cdef int i, p
     cdef double largest, total, x
     for i in range(m):
@@ -59,12 +63,15 @@ cdef void equation_scales(
         for p in range(start[i], start[i + 1]):
             x = entries[p] * of_unknowns[at[p]] / largest
             total += x * x
+        if shortest > 0 and largest * sqrt(total) < shortest:
+            of_equations[i] = 1 / power(shortest)
+            continue
         of_equations[i] = 1 / power(largest) / power(largest / power(largest) * sqrt(total))
 
 
 cdef void both_scales(
     int m, int n, const int* start, const int* at, const double* entries, const uint8_t* active,
-    double* of_unknowns, double* of_equations, double* least, double* greatest,
+    double* of_unknowns, double* of_equations, double* least, double* greatest, double shortest,
 ) noexcept nogil:
     """Scale equations and unknowns by turns, by the geometric mean of least and greatest entry.
 
@@ -96,4 +103,4 @@ cdef void both_scales(
                     least[at[p]], greatest[at[p]] = min(least[at[p]], x), max(greatest[at[p]], x)
         for u in range(n):
             of_unknowns[u] = power(1 / sqrt(least[u]) / sqrt(greatest[u])) if greatest[u] else 1.0
-    equation_scales(m, start, at, entries, active, of_unknowns, of_equations)
+    equation_scales(m, start, at, entries, active, of_unknowns, of_equations, shortest)

@@ -26,6 +26,9 @@ _MOVES = 1e-7
 _DOUBTFUL = 0.01
 #: By how much at least the length up to which pivots are left out grows from trial to trial.
 _COARSER = 10.0
+#: Residuals are lengths that follow the geometry: an equation is about as long as this unless its
+#: derivatives cancel out, those of a point on a line that it is an end of.
+_SHORTEST = 0.5
 #: So many roundings of the largest coordinate, relative to the size, are taken for zero.
 _ROUNDINGS = 64.0
 #: Numbers of free directions that are looked at together.
@@ -76,7 +79,7 @@ class Rank:
         system = self.system
         m, n = len(system.residuals), len(system.x)
         found = RankQR(m, n, system.indptr, system.indices, priority, tolerance, self._interruption)
-        found.factor(system.entries, self._scale)
+        found.factor(system.entries, self._scale, shortest=_SHORTEST)
         return found
 
     def _without_doubtful(self, priority: NDArray[np.int32]) -> RankQR:

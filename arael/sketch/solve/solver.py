@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 
 #: How much cheaper it is to move a slack than the geometry.
 SLACK_SCALE = 64.0
+#: Equations that change by a smaller share of what moves hold nothing: they are as good as solved
+#: wherever the geometry is, and what is left of their derivatives is rounding.
+VANISHED = TOLERANCE
 #: A value that changes by more than this share of itself, or by more radians, is approached.
 FAR, FAR_TURN = 0.3, 1.0
 #: A parameter of a spline's piece this near to 0 or 1 is at the end of the piece; where a solve
@@ -374,6 +377,7 @@ class Solver:
             guards=layout.guards if guarded else None,
             scales=scales,
             interruption=self.interruption,
+            shortest=VANISHED,
         )
 
     @property
