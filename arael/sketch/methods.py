@@ -1130,7 +1130,7 @@ class Commands:
         driven: bool = False,
         force: bool = False,
     ) -> Any:
-        """Distance of two points, of a point and a line, of two lines, gap of concentric arcs.
+        """Distance of two points, lines or circles, or of one and another.
 
         As a command::
 
@@ -1138,6 +1138,8 @@ class Commands:
             distance P0 L0 VALUE [derived] [driven] [force]
             distance L0 L1 VALUE [derived] [driven] [force]
             distance A0 A1 VALUE [derived] [driven] [force]
+            distance L0 A0 VALUE [derived] [driven] [force]
+            distance P0 A0 VALUE [derived] [driven] [force]
         """
         return self._command(
             "distance",

@@ -155,7 +155,7 @@ class Sketch(Commands):
         return self._with_file("load", path)
 
     def export(self, path: str | Path) -> Any:
-        """Write the drawing as DXF, SVG, PDF, PNG or STEP, by the file's ending."""
+        """Write the drawing as DXF, SVG, PDF, PNG, STEP or JSON, by the file's ending."""
         return self._with_file("export", path)
 
     def import_(self, path: str | Path) -> Any:

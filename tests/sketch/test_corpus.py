@@ -374,9 +374,9 @@ def examine(seed: int, count: Counter[str]) -> list[str]:
         elif code == "E1231":
             count["impossible"] += 1
             wanted = _Wanted(sketch, text)
-            if wanted.kind not in ("tangent", "lock") and not _is_measure(text):
-                if before.feasible(lambda x, b=before, w=wanted: b.of(x, w)):
-                    blame("wrong impossible")
+            known = wanted.kind not in ("tangent", "lock") and not _is_measure(text)
+            if known and before.feasible(lambda x, b=before, w=wanted: b.of(x, w)):
+                blame("wrong impossible")
         oracle = Oracle(sketch)
         found, truth = sketch.editor.judge.freedoms().total, oracle.freedoms()
         if truth is None:

@@ -155,6 +155,7 @@ class Levels:
     guards: Rows | None
     scales: Array | None
     pivot_tolerance: float
+    shortest: float
     limit: int
     rounds: int
     factors: int
@@ -169,6 +170,7 @@ class Levels:
         scales: ArrayLike | None = None,
         step_limit: int = 100,
         pivot_tolerance: float = ...,
+        shortest: float = ...,
         interruption: Interruption | None = None,
     ) -> None: ...
     def interrupt(self) -> None: ...

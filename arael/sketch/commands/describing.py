@@ -140,7 +140,8 @@ def parameter_line(parameter: Parameter) -> str:
 
 def group_line(group: Group) -> str:
     """``M0: offset of L0 L1: L2 L3``."""
-    return f"{group.name}: {group.kind} of {' '.join(group.sources)}: {' '.join(group.results)}"
+    of = f" of {' '.join(group.sources)}" if group.sources else ""
+    return f"{group.name}: {group.kind}{of}: {' '.join(group.results)}"
 
 
 def record_line(session: Session, record: Record) -> str:

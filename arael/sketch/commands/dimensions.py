@@ -37,10 +37,17 @@ _KINDS = {
             "distance P0 L0 VALUE",
             "distance L0 L1 VALUE",
             "distance A0 A1 VALUE",
+            "distance L0 A0 VALUE",
+            "distance P0 A0 VALUE",
         ),
-        "Distance of two points, of a point and a line, of two lines, gap of concentric arcs.",
+        "Distance of two points, lines or circles, or of one and another.",
         ("an entity or point", "another entity or point"),
-        "Two lines are made parallel if they are not. Arcs are to be concentric.",
+        """
+Lines stay parallel as long as the distance is there, without a constraint that would be left. Of
+circles and arcs it is that from edge to edge, of whole circles: between two that lie side by side
+(`outside`), one in the other (`inside`), or around one centre, which they then keep. Circles that
+cross are brought to the nearer of these. A point stays inside or outside, a line on its side.
+""",
     ),
     "hdistance": _Kind(
         ("hdistance L0.p1 L1.p2 VALUE",),
@@ -155,7 +162,7 @@ def _dimension(kind: str) -> Callable[[Session, Words], Reply]:
         if known is None or known.name != made.name:
             return _reply(session, made, "Added")
         session.repeats.note(words.statement.text, made, updated)
-        return updated(session, made)
+        return updated(session, known, made)
 
     run.__name__ = kind
     run.__doc__ = _KINDS[kind].summary
@@ -178,9 +185,9 @@ def _check(words: Words, given: _Value, first: Token | None) -> None:
         fail("E1271", "a derived dimension only measures: it has no range", first.span)
 
 
-def updated(session: Session, made: Dimension) -> Reply:
-    """Reply to a new value of a dimension that was there."""
-    return _reply(session, made, "Updated")
+def updated(session: Session, known: Dimension, made: Dimension) -> Reply:
+    """Reply to a value of a dimension that was there: a new one, or that which it had."""
+    return _reply(session, made, "Unchanged" if made == known else "Updated")
 
 
 def _reply(session: Session, made: Dimension, what: str) -> Reply:
@@ -243,7 +250,7 @@ def set_derived(session: Session, words: Words) -> Reply:
     changes: dict[str, Any] = {"derived": True, "low": None, "high": None, "broken": ""}
     changes["value"] = found.value or Amount(repr(now), now)
     made = session.editor.set_dimension(found.name, **changes)
-    return _reply(session, made, "Updated")
+    return updated(session, found, made)
 
 
 @command(
@@ -266,7 +273,7 @@ def set_driven(session: Session, words: Words) -> Reply:
         texts = [amount.text for amount in given.amounts]
         require_no_cycle(session, found.name, texts, first.span)
     made = session.editor.set_dimension(found.name, derived=False, broken="", **given._asdict())
-    return _reply(session, made, "Updated")
+    return updated(session, found, made)
 
 
 @command(

@@ -121,16 +121,17 @@ def _replace(session: Session, document: Document) -> None:
     "export",
     group="file",
     usage=["export drawing.dxf"],
-    summary="Write the drawing as DXF, SVG, PDF, PNG or STEP, by the file's ending.",
+    summary="Write the drawing as DXF, SVG, PDF, PNG, STEP or JSON, by the file's ending.",
+    details="As JSON it is all of the sketch, as `save` writes it.",
     arguments=("path",),
 )
 def export(session: Session, words: Words) -> Reply:
     """Write the drawing."""
-    path, token = path_of(session, words, *EXPORTS)
+    path, token = path_of(session, words, *EXPORTS, ".json")
     words.end()
-    exchange = _exchange(token)
+    write = save if path.suffix.lower() == ".json" else _exchange(token).write
     try:
-        exchange.write(session.document, path)
+        write(session.document, path)
     except OSError as error:
         _unreadable(error, token, "written")
     return Reply(f"Exported {token.text}", remembered=False, data={"path": token.text})

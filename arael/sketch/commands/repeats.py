@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from arael.sketch.commands.replies import Reply
     from arael.sketch.commands.session import Session
 
-Answer: TypeAlias = "Callable[[Session, Dimension], Reply]"
+Answer: TypeAlias = "Callable[[Session, Dimension, Dimension], Reply]"
 
 _LINE = re.compile(
     r"([a-z_]+(?: [A-Za-z]+\d+(?:\.\w+)?)+) (-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\Z", re.ASCII
@@ -31,7 +31,7 @@ class Repeat(NamedTuple):
     line : its part before the value
     known : the dimension
     value : new
-    answer : replies to such a line
+    answer : replies to such a line, by the dimension as it was and as it is
     """
 
     line: str

@@ -165,7 +165,11 @@ class Session:
         """
         repeat = self.repeats.find(text, self.document)
         if repeat is not None:
-            return [self._again(text, name, repeat, lambda made: repeat.answer(self, made))]
+            return [
+                self._again(
+                    text, name, repeat, lambda made: repeat.answer(self, repeat.known, made)
+                )
+            ]
         return [reply for line in lines(Source(name, text)) for reply in self.run_line(line)]
 
     def renewed(self, text: str, name: str) -> Dimension | None:

@@ -235,12 +235,17 @@ DIMENSIONS = MappingProxyType(
             (
                 Form(("point", "point"), 1),
                 Form(("point", "line"), 1),
-                Form(("line", "line"), 1),
+                Form(("line", "line"), 2),  # they stay parallel
                 Form(("arc", "arc"), 1),
+                Form(("point", "arc"), 1),
+                Form(("line", "arc"), 1),
             ),
             "length",
-            "distance of points, of a point and a line, of parallel lines, gap of concentric arcs",
+            "distance of points, of a point and a line, of parallel lines; of circles from edge "
+            "to edge: to another one, a line, a point",
             signed=True,
+            # Of circles: side by side, or one inside the other; empty: concentric.
+            modes=("", "outside", "inside"),
         ),
         "hdistance": DimensionKind(
             (Form(("point", "point"), 1),), "length", "distance along x", signed=True

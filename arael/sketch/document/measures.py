@@ -32,7 +32,8 @@ def signed(document: Document, kind: str, args: tuple[str, ...], mode: str = "")
     """The quantity with the sign that `Dimension.side` keeps: from the first to the second.
 
     Distances of a point from a line are positive on its left, of a line from a line where the
-    second is on the left of the first; angles are positive counter-clockwise.
+    second is on the left of the first, as `_from_edge` says of circles; angles are positive
+    counter-clockwise.
     """
     return _MEASURES[kind](document, args, mode)
 
@@ -63,6 +64,8 @@ def _from_line(line: Numbers, x: float, y: float) -> float:
 
 def _distance(document: Document, args: tuple[str, ...], mode: str) -> float:
     first, second = (document.entities.get(name) for name in args)
+    if second is not None and second.kind in ("circle", "arc"):
+        return _from_edge(document, first, second, args, mode)
     if second is None or second.kind == "point":
         (x1, y1), (x2, y2) = _point(document, args[0]), _point(document, args[1])
         return math.hypot(x2 - x1, y2 - y1)
@@ -73,8 +76,30 @@ def _distance(document: Document, args: tuple[str, ...], mode: str) -> float:
         x1, y1, x2, y2 = _line(document, first.name)
         middle = 0.5 * (line[0] + line[2]), 0.5 * (line[1] + line[3])
         return _from_line([x1, y1, x2, y2], *middle)
-    assert first is not None
-    return _radius_of(document, second) - _radius_of(document, first)
+    raise AssertionError(second.kind)
+
+
+def _from_edge(
+    document: Document, first: Entity | None, second: Entity, args: tuple[str, ...], mode: str
+) -> float:
+    """To the edge of a circle, whole also of an arc; 0 where it is crossed.
+
+    Positive outside of it, of concentric circles where the second is larger, of a line with the
+    centre on its left.
+    """
+    x, y, *_ = document.numbers_of(second.name).tolist()
+    r = _radius_of(document, second)
+    if first is not None and first.kind == "line":
+        gap = _from_line(_line(document, first.name), x, y)
+        return math.copysign(max(abs(gap) - r, 0.0), gap)
+    if first is None or first.kind == "point":
+        p, q = _point(document, args[0])
+        return math.hypot(p - x, q - y) - r
+    p, q, *_ = document.numbers_of(first.name).tolist()
+    apart, own = math.hypot(p - x, q - y), _radius_of(document, first)
+    if mode == "outside":
+        return max(apart - r - own, 0.0)
+    return max(abs(r - own) - apart, 0.0) if mode == "inside" else r - own
 
 
 def _hdistance(document: Document, args: tuple[str, ...], mode: str) -> float:

@@ -18,9 +18,11 @@ from arael.sketch.geometry import (
     Line,
     Point,
     angle_between,
+    between_edges,
     chains,
     intersect,
     project,
+    to_edge,
 )
 
 SIZE = 12.0
@@ -255,7 +257,11 @@ def _aligned(pen: Pen, d: Dimension, role: str, text: str, a: Point, b: Point) -
 
 def _distance(pen: Pen, d: Dimension, role: str, text: str) -> Iterator[Item]:
     one, two = (pen.curves.get(arg) for arg in d.args)
-    if isinstance(one, Conic) and isinstance(two, Conic):
+    if isinstance(one, Conic) and isinstance(two, Conic) and d.mode:
+        a, b = between_edges(d.mode, one, two)
+    elif isinstance(two, Conic) and not isinstance(one, Conic):
+        a, b = to_edge(one if isinstance(one, Line) else pen.point(d.args[0]), two)
+    elif isinstance(one, Conic) and isinstance(two, Conic):
         angle = pi / 4 + (d.along or 0.0) * tau
         a, b = one.at_angle(angle - one.turned), two.at_angle(angle - two.turned)
     elif isinstance(two, Line):

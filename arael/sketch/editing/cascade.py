@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Constraint, Dimension
 
 
 @dataclass(slots=True)
@@ -42,9 +41,8 @@ class Doomed:
 def doomed(document: Document, names: Iterable[str]) -> Doomed:
     """Everything that goes when the records with these names are deleted.
 
-    With an entity go its constraints and dimensions; with a parallel or concentric relation the
-    distances that rest on it; a group that loses a source, a result or something it owns is
-    dissolved. Expressions that read what is gone stay and are broken.
+    With an entity go its constraints and dimensions; a group that loses a source, a result or
+    something it owns is dissolved. Expressions that read what is gone stay and are broken.
 
     Raises
     ------
@@ -68,7 +66,6 @@ def doomed(document: Document, names: Iterable[str]) -> Doomed:
             if name in getattr(document, table):
                 getattr(found, table)[name] = None
     _with_entities(document, found)
-    _without_ground(document, found)
     _dissolve(document, found)
     return found
 
@@ -95,51 +92,6 @@ def _with_entities(document: Document, found: Doomed) -> None:
             found.constraints[constraint.name] = None
     for dimension in document.dimensions.values():
         if any(_entity_of(arg) in found.entities for arg in dimension.args):
-            found.dimensions[dimension.name] = None
-
-
-def ground_of(document: Document, dimension: Dimension) -> str:
-    """Kind of the relation that a distance of two lines or two arcs rests on, else empty."""
-    if dimension.kind != "distance" or any("." in arg for arg in dimension.args):
-        return ""
-    kinds = {document.entities[arg].kind for arg in dimension.args if arg in document.entities}
-    if kinds == {"line"}:
-        return "parallel"
-    return "concentric" if kinds and kinds <= {"circle", "arc"} else ""
-
-
-def grounded(document: Document, kind: str, args: tuple[str, ...]) -> Constraint | None:
-    """A relation of a kind between two entities, in either order."""
-    return next(
-        (
-            one
-            for one in document.constraints.values()
-            if one.kind == kind and one.args in (args, args[::-1])
-        ),
-        None,
-    )
-
-
-def _without_ground(document: Document, found: Doomed) -> None:
-    gone = {
-        frozenset(document.constraints[name].args)
-        for name in found.constraints
-        if document.constraints[name].kind in ("parallel", "concentric")
-    }
-    if not gone:
-        return
-    for dimension in document.dimensions.values():
-        ground = ground_of(document, dimension)
-        if not ground or frozenset(dimension.args) not in gone:
-            continue
-        left = [
-            one
-            for one in document.constraints.values()
-            if one.kind == ground
-            and one.name not in found.constraints
-            and frozenset(one.args) == frozenset(dimension.args)
-        ]
-        if not left:
             found.dimensions[dimension.name] = None
 
 

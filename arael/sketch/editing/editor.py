@@ -22,8 +22,8 @@ from arael.sketch.document.records import (
     Parameter,
     Style,
 )
-from arael.sketch.editing import refusals
-from arael.sketch.editing.cascade import Doomed, disowned, doomed, ground_of, grounded
+from arael.sketch.editing import notices, refusals
+from arael.sketch.editing.cascade import Doomed, disowned, doomed
 from arael.sketch.editing.checks import (
     check_amounts,
     check_collapse,
@@ -450,20 +450,26 @@ class Editor:
         if verdict.kind == "impossible":
             why = "" if others else self.layout.impossible.get(name, "")
             raise refusals.impossible(label, others, self._cheapest(others), why)
+        if verdict.kind == "side":
+            record = self.document.constraints.get(name) or self.document.dimensions[name]
+            raise refusals.other_side(label, record.args[-1].partition(".")[0])
         if verdict.kind == "redundant" and not force:
             raise refusals.redundant(label, others, self._cheapest(others))
         if verdict.kind == "here":
-            self.notices.append(
-                f"notice: `{label}` takes no degree of freedom in this position, only when the "
-                "geometry is moved"
-            )
+            self.notices.append(notices.only_here(label, verdict))
 
     def _let_in(self, name: str, force: bool) -> None:
         """Solve with a new row, or raise why not."""
         if self._together:
             return
-        self._refuse(self.judge.verdict(name), force)
+        verdict = self.judge.verdict(name)
+        self._refuse(verdict, force)
+        label = self._label(name)
         self._settle(name)
+        if name in self.document.dimensions:
+            self.notices += notices.kept_by(self.document, name, verdict)
+        elif verdict.kind == "partly":
+            self.notices.append(notices.partly(label, verdict))
 
     def _judge_all(self, names: Sequence[str]) -> None:
         for verdict in self.judge.verdicts(names):
@@ -512,7 +518,7 @@ class Editor:
         if kind == "area":
             spelt = outline(self.document, spelt, self._is_same)
         check_itself(self.document, kind, spelt)
-        mode = self._angle_mode(kind, spelt, mode, value)
+        mode = self._mode(kind, spelt, mode, value)
         if value is None and low is None and high is None:
             now = measured(self.document, kind, spelt, mode)
             value = Amount(repr(now), now)
@@ -535,7 +541,6 @@ class Editor:
             record = Dimension(
                 name, kind, spelt, value, low, high, derived, side, mode, forced=force
             )
-            self._ground(record)
             self.document.put("dimensions", record)
             if derived:
                 self._settle(name)
@@ -556,6 +561,7 @@ class Editor:
             known.args,
             value=_positive(known.kind, value),
             side=self._side(known.kind, known.args, ""),
+            mode=known.mode if known.kind == "distance" else "",
             active=known.active,
             forced=known.forced,
             broken=known.broken,
@@ -564,7 +570,10 @@ class Editor:
         )
         return self._change_dimension(known, new)
 
-    def _angle_mode(self, kind: str, args: tuple[str, ...], mode: str, value: Amount | None) -> str:
+    def _mode(self, kind: str, args: tuple[str, ...], mode: str, value: Amount | None) -> str:
+        if kind == "distance":
+            known = self.known_dimension(kind, args)
+            return known.mode if known is not None else mode or mode_of(self.document, kind, args)
         if mode not in ("closest", "acute", "obtuse"):
             return mode
         plain, other = (measured(self.document, kind, args, m) for m in ("", "supplement"))
@@ -577,13 +586,6 @@ class Editor:
         if not DIMENSIONS[kind].signed:
             return 0
         return -1 if signed(self.document, kind, args, "") < 0.0 else 1
-
-    def _ground(self, dimension: Dimension) -> None:
-        """The relation that a distance of lines rests on is added, that of arcs required."""
-        kind = ground_of(self.document, dimension)
-        if not kind or grounded(self.document, kind, dimension.args) is not None:
-            return
-        self.constrain(kind, dimension.args)
 
     def set_dimension(self, name: str, **changes: Any) -> Dimension:
         """Change fields of a dimension (``value``, ``derived``, ``offset``, ...), then solve.
@@ -618,6 +620,8 @@ class Editor:
     def measure(self, kind: str, args: Sequence[str], mode: str = "") -> float:
         """What a dimension of a kind would show now; angles in degrees."""
         _, spelt = matched(self.document, kind, tuple(args))
+        if kind == "distance" and not mode:
+            mode = mode_of(self.document, kind, spelt)
         return measured(self.document, kind, spelt, mode)
 
     def set_parameter(self, name: str, amount: Amount) -> Parameter:

@@ -57,7 +57,9 @@ def forms_of(kind: str) -> tuple[Form, ...]:
 
 
 def matched(document: Document, kind: str, args: tuple[str, ...]) -> tuple[Form, tuple[str, ...]]:
-    """The form that handles are meant for, and the handles in one spelling.
+    """The form that handles are meant for, and the handles in one spelling and the form's order.
+
+    Of a distance either comes first.
 
     Raises
     ------
@@ -65,7 +67,27 @@ def matched(document: Document, kind: str, args: tuple[str, ...]) -> tuple[Form,
         E1201, E1202: a handle of nothing; E1222: no form takes them, or one of them twice.
     """
     found = [canonical(document, arg) for arg in args]
-    spelt = tuple(name for _, _, name in found)
+    for order in (found, found[::-1]) if kind == "distance" else (found,):
+        form = _form_of(kind, order)
+        if form is None:
+            continue
+        spelt = tuple(name for _, _, name in order)
+        if len(set(spelt)) < len(spelt):
+            twice = next(name for name in spelt if spelt.count(name) > 1)
+            raise AraelError(
+                Diagnostic("E1222", f"`{kind}` is given `{twice}` twice", help=(_usage(kind),))
+            )
+        return form, spelt
+    raise AraelError(
+        Diagnostic(
+            "E1222",
+            f"`{kind}` does not take {_described(found) or 'nothing'}",
+            help=(_usage(kind),),
+        )
+    )
+
+
+def _form_of(kind: str, found: list[tuple[Entity, str, str]]) -> Form | None:
     for form in forms_of(kind):
         operands = form.operands
         if operands[-1].endswith("*"):
@@ -74,19 +96,8 @@ def matched(document: Document, kind: str, args: tuple[str, ...]) -> tuple[Form,
             takes(operand, entity, point)
             for operand, (entity, point, _) in zip(operands, found, strict=True)
         ):
-            if len(set(spelt)) < len(spelt):
-                twice = next(name for name in spelt if spelt.count(name) > 1)
-                raise AraelError(
-                    Diagnostic("E1222", f"`{kind}` is given `{twice}` twice", help=(_usage(kind),))
-                )
-            return form, spelt
-    raise AraelError(
-        Diagnostic(
-            "E1222",
-            f"`{kind}` does not take {_described(found) or 'nothing'}",
-            help=(_usage(kind),),
-        )
-    )
+            return form
+    return None
 
 
 def same_relation(kind: str, one: tuple[str, ...], other: tuple[str, ...]) -> bool:

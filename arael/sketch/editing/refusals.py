@@ -12,7 +12,7 @@ def redundant(label: str, others: Sequence[str], drop: str) -> AraelError:
     return AraelError(
         Diagnostic(
             "E1230",
-            f"`{label}` is redundant: it follows from {_listed(others)}",
+            f"`{label}` is redundant: it follows from {listed(others)}",
             notes=("without any one of them it would take a degree of freedom",) if others else (),
             help=(
                 f"`delete {drop}` would give it something to hold; `force` lets it in as it is"
@@ -36,7 +36,7 @@ def impossible(
     return AraelError(
         Diagnostic(
             "E1231",
-            f"`{label}` is impossible together with {_listed(others)}" if others else alone,
+            f"`{label}` is impossible together with {listed(others)}" if others else alone,
             help=(f"`delete {drop}` {way}",) if drop else (),
         )
     )
@@ -58,7 +58,7 @@ def not_converged(open_rows: Sequence[str], residual: float) -> AraelError:
     return AraelError(
         Diagnostic(
             "E1234",
-            f"no solution found: {_listed(open_rows)} stay{'s' if len(open_rows) == 1 else ''} "
+            f"no solution found: {listed(open_rows)} stay{'s' if len(open_rows) == 1 else ''} "
             f"open by {residual:.3g}",
             notes=("the sketch is left as it was",),
             help=("go in smaller steps, or look at `list constraints` for what contradicts it",),
@@ -83,14 +83,15 @@ def unsettled(names: Sequence[str]) -> AraelError:
     return AraelError(
         Diagnostic(
             "E1234",
-            f"no solution found: {_listed(names)} never settle{'s' if len(names) == 1 else ''}",
+            f"no solution found: {listed(names)} never settle{'s' if len(names) == 1 else ''}",
             notes=("they read geometry that moves with them", "the sketch is left as it was"),
             help=("put `=` before a value to take what it is now",),
         )
     )
 
 
-def _listed(names: Sequence[str], most: int = 12) -> str:
+def listed(names: Sequence[str], most: int = 12) -> str:
+    """Names in a sentence: ``C1, C2 and C3``."""
     shown = [f"`{name}`" for name in names[:most]]
     if len(names) > most:
         shown.append(f"{len(names) - most} more")

@@ -37,6 +37,7 @@ from arael.sketch.geometry.coordinates import (
 )
 from arael.sketch.geometry.corners import Corner, Fillet, chamfer, corner, fillet
 from arael.sketch.geometry.curve import Bounds, Curve, Nearest, Piece
+from arael.sketch.geometry.edges import between_edges, to_edge
 from arael.sketch.geometry.elliptic import Ellipse, EllipticArc
 from arael.sketch.geometry.line import Line
 from arael.sketch.geometry.splines import Bezier, BSpline
@@ -72,6 +73,7 @@ __all__ = [
     "arc_tangent",
     "arc_through",
     "area",
+    "between_edges",
     "chain_area",
     "chain_length",
     "chains",
@@ -99,5 +101,6 @@ __all__ = [
     "sector_angle",
     "shift",
     "tangent",
+    "to_edge",
     "towards",
 ]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -23,12 +24,14 @@ from arael.sketch.solve.solver import Solver
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-Kind = Literal["helps", "partly", "redundant", "impossible", "here"]
+Kind = Literal["helps", "partly", "redundant", "impossible", "here", "side"]
 
 #: A residual above this part of the sketch's size is not rounding.
 _OPEN = 1e-7
 #: How far (of the size) geometry is moved to see whether a dependency is one of position only.
 _NUDGE = 1e-3
+#: Residuals that change by more than this part of the size on the way there do not follow.
+_CHANGED = 1e-8
 #: Members of a dependency have at least this part of its largest weight.
 _MEMBER = 1e-7
 
@@ -41,16 +44,19 @@ class Verdict:
     ----------
     name : of it
     kind : ``helps``: takes a degree of freedom; ``partly``: fewer than it could; ``redundant``:
-        follows from others; ``impossible``: contradicts others; ``here``: takes none in this
-        position, but does when the geometry is moved a little
+        follows from others; ``impossible``: contradicts others; ``here``: takes none, or fewer, in
+        this position, but more when the geometry is moved a little; ``side``: its equations follow
+        from others, which keep it on the other side: half a turn away
     members : what it depends on, itself among them: leaving any of them out makes room
     freedoms : how many degrees of freedom it takes
+    most : how many it could take
     """
 
     name: str
     kind: Kind
     members: tuple[str, ...] = ()
     freedoms: int = 0
+    most: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,9 +264,8 @@ class Judge:
         if gained == len(gaps):
             return Verdict(name, "helps", freedoms=gained)
         named = (*self._named(members), name)
-        if contradicts:
-            return Verdict(name, "impossible", named, gained)
-        return Verdict(name, "partly" if gained else "redundant", named, gained)
+        kind: Kind = "impossible" if contradicts else "partly" if gained else "redundant"
+        return Verdict(name, kind, named, gained, len(gaps))
 
     def _weighty(self, system: Linearisation, rows: Ints, weights: Floats) -> dict[str, None]:
         top = float(np.abs(weights).max(initial=0.0))
@@ -284,55 +289,73 @@ class Judge:
             members |= self._weighty(system, others, weights)
         members.pop(name, None)
         named = (*self._named(members), name)
-        if self._only_here(name, len(dependent)):
-            return Verdict(name, "here", named, gained)
+        hidden = self.layout.hidden_numbers(name)  # a place along a spline: found along with it
+        gained, most = gained - hidden, len(rows) - hidden
+        if self._only_here(system, dependent):
+            return Verdict(name, "here", named, gained, most)
         if contradicts:
             # Trials that fail for another reason than a contradiction prove nothing: the
             # equations depend on each other, so there are others.
             fewest = smallest(named, name, self.solver.feasible)
             self._look()
-            return Verdict(name, "impossible", fewest if len(fewest) > 1 else named, gained)
-        return Verdict(name, "partly" if gained else "redundant", named, gained)
+            return Verdict(name, "impossible", fewest if len(fewest) > 1 else named, gained, most)
+        if not gained and self.layout.is_turned(name):
+            return Verdict(name, "side", named, gained, most)
+        return Verdict(name, "partly" if gained else "redundant", named, gained, most)
 
     def _named(self, members: dict[str, None]) -> list[str]:
         """Constraints and dimensions among the owners of rows; entities' own rows are not named."""
         document = self.document
         return [one for one in members if one in document.constraints or one in document.dimensions]
 
-    def _only_here(self, name: str, dependent: int) -> bool:
-        """Whether the rows are independent once the geometry is moved a little.
+    def _only_here(self, system: Linearisation, dependent: Sequence[int]) -> bool:
+        """Whether equations that follow from the others here do not hold elsewhere by themselves.
 
-        The sketch without `name` is nudged along its free directions, in three random ways, and
-        solved again.
+        Those that do not follow have another residual once the geometry is moved a little. All
+        other equations hold there, also those of the same record: where it is not satisfied, its
+        equations may be independent of what they follow from where it is.
         """
-        return bool(self._independent_nearby([name], dependent))
+        before = system.residuals[dependent]
+        out = system.rows[dependent]
+        for moved in self._nearby(out):
+            after = self.layout.linearisation(moved).residuals[dependent]
+            if np.abs(after - before).max(initial=0.0) > _CHANGED * self.layout.size:
+                return True
+        return False
 
-    def _independent_nearby(self, names: Sequence[str], dependent: int = 0) -> list[str]:
-        """Names with fewer dependent rows, once the geometry without all of them is moved a little.
+    def _nearby(self, out: Ints) -> Iterator[Floats]:
+        """Unknowns near to the present ones that solve all but some rows, up to three times.
+
+        The sketch is nudged along its free directions, in three random ways, and solved again.
 
         Parameters
         ----------
-        dependent : how many rows of a single name are dependent now; 0: all rows of each are
+        out : rows of the layout that are left out
         """
-        start = self.layout.linearisation(without=names)
+        start = self.layout.linearisation(without=out)
         basis = self._rank(start).null_basis()
         if basis.shape[1] == 0:
-            return []
+            return
         random = np.random.default_rng(len(start.x))
         for _ in range(3):
             step = basis @ random.standard_normal(basis.shape[1])
             step *= _NUDGE * self.layout.size / (np.abs(step).max() or 1.0)
-            moved = self.solver.solved_from(start.x + step, without=names)
+            moved = self.solver.solved_from(start.x + step, without=out)
             self._look()
-            if moved is None:
-                continue
+            if moved is not None:
+                yield moved
+
+    def _independent_nearby(self, names: Sequence[str]) -> list[str]:
+        """Names not all of whose rows are dependent, once the geometry without them is moved."""
+        out = np.array([row for name in names for row in self.layout.first_rows(name)], np.int64)
+        for moved in self._nearby(out):
             system = self.layout.linearisation(moved)
             rows = [self.layout.rows_of(name) for name in names]
             rank = self._rank(system, last=np.concatenate(rows))
             found = [
                 name
                 for name, own in zip(names, rows, strict=True)
-                if sum(rank.is_dependent(int(row)) for row in own) < (dependent or len(own))
+                if not all(rank.is_dependent(int(row)) for row in own)
             ]
             if found:
                 return found
@@ -380,7 +403,7 @@ class Judge:
         # More can move without all of them than without one: what is dependent then as well is
         # not so by position only, and need not be looked at by itself.
         for name in self._independent_nearby(equations) if equations else ():
-            if self._only_here(name, len(self.layout.rows_of(name))):
+            if self._only_here(system, self.layout.rows_of(name).tolist()):
                 kinds[name] = "here"
         return found + [Verdict(name, kind) for name, kind in kinds.items()]
 
@@ -417,8 +440,11 @@ class Judge:
         names = list(self.document.entities)
         counts = rank.freedoms_of(self._columns(system))
         redundant = dict.fromkeys(sorted(self.layout.spare))
-        for row in rank.dependent:
-            redundant[system.owner(row)] = None
+        follow = Counter(system.owner(row) for row in rank.dependent)
+        for name, count in follow.items():
+            # What keeps an independent equation holds something.
+            if count == len(self.layout.rows_of(name)):
+                redundant[name] = None
         return Freedoms(
             rank.free,
             dict(zip(names, counts, strict=True)),

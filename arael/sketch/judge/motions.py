@@ -95,10 +95,12 @@ class _Search:
 
     def found(self, count: int) -> list[Motion]:
         result: list[Motion] = []
+        said: set[str] = set()
         for sentence, velocity in self._candidates():
             if len(result) == count:
                 return result
             if self._is_free(velocity) and self._take(velocity):
+                said.add(sentence)
                 result.append(Motion(sentence, self._moving(velocity), velocity))
         # What has no name: the free directions themselves, the most local ones first.
         order = np.argsort((np.abs(self.part.basis) > _AT_REST).sum(axis=0), kind="stable")
@@ -107,7 +109,12 @@ class _Search:
                 break
             velocity = self.part.basis[:, column]
             if self._take(velocity):
-                result.append(Motion(self._described(velocity), self._moving(velocity), velocity))
+                sentence = self._described(velocity)
+                # Of several such motions each is a way of its own, beside what has a name.
+                known = sentence in said
+                said.add(sentence)
+                sentence += " in another way" if known else ""
+                result.append(Motion(sentence, self._moving(velocity), velocity))
         return result
 
     # --- the space of free directions -------------------------------------------------------
@@ -357,7 +364,8 @@ class _Search:
         for at in self._scalars(entity):
             unknown = int(self.part.unknown_of[at])
             if unknown >= 0 and abs(velocity[unknown]) > _AT_REST * top:
-                return f"{entity.name} can grow"
+                moves = np.abs(points["center"]).max() > _AT_REST * top
+                return f"{entity.name} can grow" + (" as its center moves" if moves else "")
         return f"{entity.name} can move"
 
     def _scalars(self, entity: Entity) -> list[int]:

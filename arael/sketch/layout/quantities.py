@@ -10,7 +10,7 @@ from arael.sketch.document.kinds import DIMENSIONS
 from arael.sketch.document.records import Dimension
 from arael.sketch.expressions.gradient import Program
 from arael.sketch.layout import chains
-from arael.sketch.layout.operands import Operand, cross, sign, sweep_of, towards, turn
+from arael.sketch.layout.operands import Operand, cross, dot, sign, sweep_of, towards, turn
 from arael.sketch.layout.plan import Constant, Data, Hidden, Plan, Row, Setting, Sum, Use, Values
 
 _RIGHT = math.pi / 2
@@ -27,6 +27,8 @@ class Quantity:
         the parts
     scale, shift : the row's `value` is ``scale * value + shift``
     guards : struct, refs and data; a field `None` takes the row's value
+    also : rows that hold so that it is the quantity: lines stay parallel, circles concentric
+    kept : rows whose residual stays positive for the same reason
     size : by what the sum is multiplied to be a length: a length for angles, its inverse for areas
     problem : why it cannot be an equation, else empty
     """
@@ -36,6 +38,8 @@ class Quantity:
     scale: float = 1.0
     shift: float = 0.0
     guards: list[tuple[str, tuple[Use, ...], Data]] = field(default_factory=list)
+    also: list[Row] = field(default_factory=list)
+    kept: list[Row] = field(default_factory=list)
     size: float = 1.0
     problem: str = ""
 
@@ -68,15 +72,40 @@ def plan_of(
     if quantity.problem:
         plan.impossible = quantity.problem
         return plan
-    turn = inner(dimension.kind, 1.0)
     if dimension.value is not None:
-        program = program_of(dimension.value.text)
-        if program is not None:
-            whole, factor = _measured(quantity)
-            plan.sums.append(Sum(tuple(whole), program=program, scale=factor * turn))
-            return plan
+        _valued(plan, quantity, dimension, program_of(dimension.value.text))
+    else:
+
+        def now(values: Values) -> float:
+            found = measure(dimension.kind, args, values, dimension.side, dimension.mode, same)
+            return found if middle is None else middle + math.remainder(found - middle, math.tau)
+
+        _ranged(plan, quantity, dimension, now, program_of)
+    plan.rows += quantity.also
+    plan.guards += quantity.kept
+    return plan
+
+
+def _valued(plan: Plan, quantity: Quantity, dimension: Dimension, program: Program | None) -> None:
+    """The equation of a value; where it follows geometry, with a program."""
+    assert dimension.value is not None
+    if program is None:
         _equation(plan, quantity, inner(dimension.kind, dimension.value.number))
-        return plan
+        return
+    whole, factor = _measured(quantity)
+    scale = factor * inner(dimension.kind, 1.0)
+    plan.sums.append(Sum(tuple(whole), program=program, scale=scale))
+
+
+def _ranged(
+    plan: Plan,
+    quantity: Quantity,
+    dimension: Dimension,
+    now: Callable[[Values], float],
+    program_of: Callable[[str], Program | None],
+) -> None:
+    """The equations of a range."""
+    turn = inner(dimension.kind, 1.0)
     total, factor = _measured(quantity)
     implied = _implied(dimension)
     for what, amount, direction in (("low", dimension.low, 1.0), ("high", dimension.high, -1.0)):
@@ -87,10 +116,7 @@ def plan_of(
         def start(
             values: Values, bound: float = bound, direction: float = direction
         ) -> tuple[float]:
-            now = measure(dimension.kind, args, values, dimension.side, dimension.mode, same)
-            if middle is not None:
-                now = middle + math.remainder(now - middle, math.tau)
-            return (max(0.0, factor * direction * (now - bound)),)
+            return (max(0.0, factor * direction * (now(values) - bound)),)
 
         slack = plan.hide(Hidden((f"slack.{what}",), start, 0.0))
         # quantity - bound - slack = 0, or bound - quantity - slack = 0.
@@ -103,7 +129,6 @@ def plan_of(
         plan.sums.append(Sum(parts, direction * factor * bound, ((slack, -1.0),)))
         if amount is not None:
             plan.settings.append(Setting("sums", len(plan.sums) - 1, what, direction * factor))
-    return plan
 
 
 def _implied(dimension: Dimension) -> dict[str, float]:
@@ -170,11 +195,38 @@ def _distance(args: list[Operand], values: Values, side: int, mode: str) -> Quan
     side = side or side_of_quantity("distance", args, values)
     if first.kind == "point" and second.kind == "point":
         return _simple("Distance", first.at, second.at)
+    if second.is_circular:
+        return _from_edge(first, second, side, mode)
     if first.kind == "point":
         return _simple("PointLineDistance", first.at, *second.line, side=float(side))
+    # Lines that a distance is given of stay parallel, running as they do.
+    found = _simple("PointLineDistance", second.line[0], *first.line, side=float(side))
+    uses = (*first.line, *second.line)
+    along = dot(towards(values, *first.line), towards(values, *second.line))
+    found.also = [Row("Parallel", uses)]
+    found.kept = [Row("TurnGuard", uses, {"value": 0.0 if sign(along) > 0 else math.pi})]
+    return found
+
+
+def _from_edge(first: Operand, second: Operand, side: int, mode: str) -> Quantity:
+    """From a point, a line or a circle to the edge of another circle."""
+    center, r = second.circle
     if first.kind == "line":
-        return _simple("PointLineDistance", second.line[0], *first.line, side=float(side))
-    return _simple("Difference", second.circle.r, first.circle.r, side=float(side))
+        across = Row("PointLineDistance", (center, *first.line), {"side": float(side)})
+        return Quantity([(across, 1.0), (Row("ScalarValue", (r,)), -1.0)])
+    if first.kind == "point":
+        apart, edge = Row("Distance", (first.at, center)), Row("ScalarValue", (r,))
+        return Quantity([(apart, 1.0), (edge, -1.0)] if side > 0 else [(edge, 1.0), (apart, -1.0)])
+    if not mode:
+        found = _simple("Difference", r, first.circle.r, side=float(side))
+        found.also = [Row("Coincident", (first.center, center))]
+        return found
+    apart = Row("Distance", (first.center, center))
+    own, other = (Row("ScalarValue", (one,)) for one in (first.circle.r, r))
+    if mode == "outside":
+        return Quantity([(apart, 1.0), (own, -1.0), (other, -1.0)])
+    larger, smaller = (other, own) if side > 0 else (own, other)
+    return Quantity([(larger, 1.0), (smaller, -1.0), (apart, -1.0)])
 
 
 def _offset(struct: str, axis: int) -> Maker:
@@ -315,8 +367,13 @@ def side_of_quantity(kind: str, args: list[Operand], values: Values) -> int:
     second = args[1]
     if second.kind == "point":
         return 0
-    if first.is_circular:
-        return sign(float(values[second.circle.r] - values[first.circle.r]))
+    if second.is_circular:
+        if first.kind == "point":
+            gap = math.hypot(*towards(values, first.at, second.center))
+            return sign(gap - float(values[second.circle.r]))
+        if first.kind != "line":
+            return sign(float(values[second.circle.r] - values[first.circle.r]))
+        return sign(cross(towards(values, *first.line), towards(values, first.at, second.center)))
     line, point = (second, first.at) if first.kind == "point" else (first, second.line[0])
     return sign(cross(towards(values, *line.line), towards(values, line.line[0], point)))
 
@@ -342,7 +399,7 @@ def measure(
         axis = kind == "vdistance"
         return side * float(values[args[1].at + axis] - values[first.at + axis])
     if kind == "distance":
-        return _distance_of(args, values, side)
+        return _distance_of(args, values, side, mode)
     if kind in ("radius", "diameter"):
         r = first.ellipse.rx if first.is_elliptic else first.circle.r
         return (2.0 if kind == "diameter" else 1.0) * float(values[r])
@@ -366,12 +423,21 @@ def measure(
     return sum(chains.measured_length(curve, values) for curve in args)
 
 
-def _distance_of(args: list[Operand], values: Values, side: int) -> float:
+def _distance_of(args: list[Operand], values: Values, side: int, mode: str) -> float:
     first, second = args
     if second.kind == "point":
         return math.hypot(*towards(values, first.at, second.at))
     if second.is_circular:
-        return side * float(values[second.circle.r] - values[first.circle.r])
+        r = float(values[second.circle.r])
+        if first.kind == "point":
+            return side * (math.hypot(*towards(values, first.at, second.center)) - r)
+        if first.kind == "line":
+            u, v = towards(values, *first.line), towards(values, first.at, second.center)
+            return side * cross(u, v) / (math.hypot(*u) or 1.0) - r
+        own, apart = float(values[first.circle.r]), 0.0
+        if mode:
+            apart = math.hypot(*towards(values, first.center, second.center))
+        return apart - own - r if mode == "outside" else side * (r - own) - apart
     line, point = (second, first.at) if first.kind == "point" else (first, second.line[0])
     u = towards(values, *line.line)
     length = math.hypot(*u)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS
 from arael.sketch.layout import quantities, tangency
@@ -15,6 +17,9 @@ from arael.sketch.layout.operands import (
     towards,
 )
 from arael.sketch.layout.plan import Values
+
+#: Centres that are nearer, by the radii, are one.
+_ONE_CENTER = 1e-9
 
 
 def side_of(document: Document, kind: str, args: tuple[str, ...], mode: str = "") -> int:
@@ -42,11 +47,21 @@ def side_of(document: Document, kind: str, args: tuple[str, ...], mode: str = ""
 
 
 def mode_of(document: Document, kind: str, args: tuple[str, ...]) -> str:
-    """``outside`` or ``inside`` for circles that are to touch, as they are drawn; else empty."""
+    """``outside`` or ``inside`` for circles that are to touch, or to have a distance, as drawn.
+
+    Empty for others, and for a distance of circles that are drawn around one centre.
+    """
     found = operands(document, args)
-    if kind == "tangent" and all(one.is_circular and not one.point for one in found):
+    if kind in ("tangent", "distance") and all(one.is_circular and not one.point for one in found):
+        if kind == "distance" and _around_one_center(document.values, *found):
+            return ""
         return tangency.circles_mode(document.values, *found)[0]
     return ""
+
+
+def _around_one_center(values: Values, first: Operand, second: Operand) -> bool:
+    apart = math.hypot(*towards(values, first.center, second.center))
+    return apart <= _ONE_CENTER * float(values[first.circle.r] + values[second.circle.r])
 
 
 def _of_tangent(values: Values, found: list[Operand], mode: str) -> int:

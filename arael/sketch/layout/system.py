@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, cast
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from arael.runtime.levels.compiled import components, extent, spread
 from arael.sketch.document.handles import point_offsets
 from arael.sketch.document.kinds import ENTITIES
+from arael.sketch.document.measures import measured
 from arael.sketch.document.records import Dimension
 from arael.sketch.layout import quantities
 from arael.sketch.layout.linearisation import Linearisation, Numbering
@@ -117,6 +119,29 @@ class System(Numbers):
             for row in [*laid.rows, *laid.sums]
             for k in range(self.rows.tables[self.rows.struct(row)].residuals)
         ]
+
+    def hidden_numbers(self, name: str) -> int:
+        """How many unknowns of its own a relation has."""
+        laid = self._laid.get(name)
+        if laid is None or isinstance(laid.record, Dimension):
+            return 0
+        return sum(size for _, size in self._hidden_blocks(laid))
+
+    def is_turned(self, name: str) -> bool:
+        """Whether a record is on the other side than it says, where the document is."""
+        laid = self._laid.get(name)
+        if laid is None:
+            return False
+        record = laid.record
+        if isinstance(record, Dimension) and record.kind == "xangle" and record.value is not None:
+            if self.document.entities[record.args[0]].kind != "line":
+                return False
+            # It has no guard: its line turns all the way.
+            now = measured(self.document, record.kind, record.args)
+            return abs(math.remainder(now - record.value.number, 360.0)) > 90.0
+        if not laid.guards:
+            return False
+        return bool((self.guards.evaluate(self.gather())[laid.guards] < 0.0).any())
 
     def rows_of(self, name: str) -> NDArray[np.int64]:
         """Equations of a record: rows of `linearisation`."""
@@ -272,14 +297,14 @@ class System(Numbers):
         self,
         x: NDArray[np.float64] | None = None,
         *,
-        without: Sequence[str] = (),
+        without: Sequence[int] | NDArray[np.int64] = (),
         ranges: bool = True,
     ) -> Linearisation:
         """The whole system at the document's numbers, or at unknowns `x` by column.
 
         Parameters
         ----------
-        without : records that are left out
+        without : rows of the layout that are left out
         ranges : with rows and slacks of ranges, which take no freedom
         """
         table = self._table()
@@ -287,8 +312,9 @@ class System(Numbers):
         residuals, entries = self.rows.jacobian(at)
         indptr, indices = self.rows.indptr, self.rows.indices
         keep = np.ones(len(table.rows), dtype=bool)
-        for name in without:
-            keep[self.rows_of(name)] = False
+        if len(without):
+            left_out = table.number[np.asarray(without, dtype=np.int64)]
+            keep[left_out[left_out >= 0]] = False
         if not ranges:
             keep &= ~table.is_range
         rows = table.rows[keep]

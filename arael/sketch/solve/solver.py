@@ -394,8 +394,8 @@ class Solver:
 
     # --- what the judge tries ---------------------------------------------------------------
 
-    def solved_from(self, x: Array, without: Sequence[str] = ()) -> Array | None:
-        """Unknowns by column that solve everything but some records, from `x`; None if not found.
+    def solved_from(self, x: Array, without: NDArray[np.int64]) -> Array | None:
+        """Unknowns by column that solve everything but some rows, from `x`; None if not found.
 
         The document is not changed.
         """
@@ -403,8 +403,7 @@ class Solver:
         full = layout.with_unknowns(x)
         self.prepare(full)
         active = np.ones(layout.rows.m, dtype=bool)
-        for name in without:
-            active[layout.first_rows(name)] = False
+        active[without] = False
         found = self._newton(full, active)
         return full[layout.unknowns] if found.solved else None
 

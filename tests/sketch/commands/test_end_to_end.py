@@ -148,16 +148,18 @@ def test_a_value_that_chases_itself_is_refused(session: Session) -> None:
     assert to_json(session.document) == before
 
 
-def test_deleting_what_a_distance_rests_on(session: Session) -> None:
-    session.run("a = add_line 0,0 5,0; b = add_line 0,3 5,3; distance a b 4; P = add_point 2,9")
-    session.run("distance P a 8")
-    assert [c.kind for c in session.document.constraints.values()] == ["parallel"]
-    assert said(session, "delete a b parallel").splitlines() == [
-        "Deleted constraint C0",
-        "  cascade:",
-        "    d0: distance L0 L1 = 4",
+def test_a_distance_of_lines_keeps_them_parallel_and_leaves_nothing_behind(
+    session: Session,
+) -> None:
+    session.run("a = add_line 0,0 5,0; b = add_line 0,3 5,4")
+    assert said(session, "distance a b 4").splitlines() == [
+        "Added d0: distance L0 L1 = 4",
+        "notice: L0 and L1 stay parallel as long as d0 is there",
     ]
-    assert list(session.document.dimensions) == ["d1"]
+    assert not session.document.constraints
+    assert said(session, "dof") == "6 degrees of freedom"
+    session.run("delete d0")
+    assert said(session, "dof") == "8 degrees of freedom"
 
 
 def test_a_saved_sketch_goes_on(tmp_path: Path) -> None:

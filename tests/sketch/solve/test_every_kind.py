@@ -442,6 +442,31 @@ DIMENSION_CASES = [
         ("A0", "A1"),
         lambda d: d.circle("A1")[1] - d.circle("A0")[1] - 0.7,
         {"value": 0.7},
+        freedoms=3,  # around one centre
+    ),
+    Case(
+        "distance",
+        ("A0", "A1"),
+        lambda d: apart(d) - d.circle("A0")[1] - d.circle("A1")[1] - 0.7,
+        {"value": 0.7, "mode": "outside"},
+    ),
+    Case(
+        "distance",
+        ("A0", "A1"),
+        lambda d: d.circle("A1")[1] - d.circle("A0")[1] - apart(d) - 0.7,
+        {"value": 0.7, "mode": "inside", "side": 1},
+    ),
+    Case(
+        "distance",
+        ("P0", "A0"),
+        lambda d: np.linalg.norm(d.point("P0") - d.circle("A0")[0]) - d.circle("A0")[1] - 2,
+        {"value": 2.0},
+    ),
+    Case(
+        "distance",
+        ("L1", "A0"),
+        lambda d: off_line(d, d.circle("A0")[0], "L1") - d.circle("A0")[1] - 2,
+        {"value": 2.0},
     ),
     Case(
         "hdistance",
@@ -626,6 +651,11 @@ def test_it_takes_its_degrees_of_freedom(case: Case) -> None:
         d.change("constraints", name, active=False)
     expected = form_of(case, d).freedoms if case.freedoms is None else case.freedoms
     assert freedoms(d) - after == expected
+
+
+def apart(d: Drawing) -> float:
+    """Distance of the centres of the first two round curves."""
+    return float(np.linalg.norm(d.circle("A1")[0] - d.circle("A0")[0]))
 
 
 def freedoms(d: Drawing) -> int:

@@ -16,8 +16,10 @@ from arael.sketch.geometry import (
     Line,
     Point,
     angle_between,
+    between_edges,
     intersect,
     project,
+    to_edge,
 )
 
 
@@ -85,7 +87,11 @@ def _ends(
         assert isinstance(one, Conic)
         return one.middle, one.at_angle(0.5 * pi)
     two = curves.get(d.args[1])
+    if isinstance(two, Conic) and not isinstance(one, Conic):
+        return to_edge(one if isinstance(one, Line) else _point(document, d.args[0]), two)
     if isinstance(one, Conic) and isinstance(two, Conic):
+        if d.mode:
+            return between_edges(d.mode, one, two)
         return one.at_angle(pi / 4 - one.turned), two.at_angle(pi / 4 - two.turned)
     if isinstance(two, Line):
         a = one.point_at(0.5) if isinstance(one, Line) else _point(document, d.args[0])

@@ -23,6 +23,8 @@ function distance(one) {
   if (points.length === 2 && only(one, points)) return points;
   if (points.length === 1 && lines.length === 1 && only(one, points, lines)) return [points[0], lines[0]];
   if (lines.length === 2 && only(one, lines)) return lines;
+  const first = points[0] ?? lines[0];
+  if (rounds.length === 1 && first && one.all.length === 2) return [first, rounds[0]];
   return when(rounds.length === 2 && only(one, rounds), rounds);
 }
 
@@ -45,9 +47,9 @@ export const DIMENSIONS = [
     id: "distance",
     title: "Distance",
     key: "Alt+D",
-    needs: "two points, a point and a line, two lines, or two concentric arcs",
+    needs: "two points, lines or circles, or one and another",
     operands: distance,
-    present: (names) => (names.every((name) => /^[LA]\d+$/.test(name)) ? "" : `dist(${names.join(", ")})`),
+    present: (names) => (names.every((name) => /^L\d+$/.test(name)) || names.some((name) => /^A\d+$/.test(name)) ? "" : `dist(${names.join(", ")})`),
   },
   {
     id: "hdistance",

@@ -56,6 +56,10 @@ function length(pen, d, text) {
 /** @param {Pen} pen @param {Dimension} d @param {string} text */
 function distance(pen, d, text) {
   const [one, two] = d.args.map((arg) => curve(pen, arg));
+  if (two?.type === "conic" && (d.mode || one?.type !== "conic")) {
+    const found = edges(d, one, pen.store.point(d.args[0]), two);
+    return found && aligned(pen, d, text, ...found);
+  }
   if (one?.type === "conic" && two?.type === "conic") {
     const angle = Math.PI / 4 + (d.along ?? 0) * 2 * Math.PI;
     return aligned(pen, d, text, conicPoint(one, angle - one.turn), conicPoint(two, angle - two.turn));
@@ -65,6 +69,25 @@ function distance(pen, d, text) {
   if (two?.type === "line") return aligned(pen, d, text, a, foot(a, ...lineEnds(two)));
   const b = pen.store.point(d.args[1]);
   return b && aligned(pen, d, text, a, b);
+}
+
+/**
+ * Between edges of circles, or from a point or line to one.
+ * @param {Dimension} d @param {import("../types.js").Curve|null} one @param {Point|null} p @param {Conic} two
+ * @returns {[Point, Point]|null}
+ */
+function edges(d, one, p, two) {
+  const middle = (/** @type {Conic} */ c) => /** @type {Point} */ ([c.cx, c.cy]);
+  const towards = (/** @type {Conic} */ c, /** @type {Point} */ q) =>
+    conicPoint(c, angleOf(sub(q, middle(c))) - c.turn);
+  if (one?.type !== "conic") {
+    const a = one?.type === "line" ? foot(middle(two), ...lineEnds(one)) : p;
+    return a && [a, towards(two, a)];
+  }
+  if (d.mode === "outside") return [towards(one, middle(two)), towards(two, middle(one))];
+  if (one.rx < two.rx) return edges(d, two, p, one);
+  const a = towards(one, middle(two));
+  return [a, towards(two, a)];
 }
 
 /** @param {0|1} axis @returns {(pen: Pen, d: Dimension, text: string) => Drawn|null} */
@@ -229,7 +252,9 @@ export function measured(store, d) {
     if (p && q) return dist(p, q);
     if (p && b?.type === "line") return dist(p, foot(p, ...lineEnds(b)));
     if (a?.type === "line" && b?.type === "line") return dist(pointAt(a, 0.5), foot(pointAt(a, 0.5), ...lineEnds(b)));
-    if (a?.type === "conic" && b?.type === "conic") return Math.abs(a.rx - b.rx);
+    if (a?.type === "conic" && b?.type === "conic" && !d.mode) return Math.abs(a.rx - b.rx);
+    const found = b?.type === "conic" && edges(d, a, p, b);
+    if (found) return dist(...found);
   }
   if (a?.type === "conic") {
     if (d.kind === "radius") return a.rx;
