@@ -20,12 +20,8 @@ const when = (fits, names) => (fits ? names : []);
 /** @param {Picked} one */
 function distance(one) {
   const { points, lines, rounds } = one;
-  if (points.length === 2 && only(one, points)) return points;
-  if (points.length === 1 && lines.length === 1 && only(one, points, lines)) return [points[0], lines[0]];
-  if (lines.length === 2 && only(one, lines)) return lines;
-  const first = points[0] ?? lines[0];
-  if (rounds.length === 1 && first && one.all.length === 2) return [first, rounds[0]];
-  return when(rounds.length === 2 && only(one, rounds), rounds);
+  const found = [...points, ...lines, ...rounds];
+  return when(found.length === 2 && only(one, points, lines, rounds), found);
 }
 
 /** @param {Picked} one */
@@ -47,9 +43,9 @@ export const DIMENSIONS = [
     id: "distance",
     title: "Distance",
     key: "Alt+D",
-    needs: "two points, lines or circles, or one and another",
+    needs: "two of points, lines and circles",
     operands: distance,
-    present: (names) => (names.every((name) => /^L\d+$/.test(name)) || names.some((name) => /^A\d+$/.test(name)) ? "" : `dist(${names.join(", ")})`),
+    present: (names) => (/A\d+( |$)|^L\d+ L/.test(names.join(" ")) ? "" : `dist(${names.join(", ")})`),
   },
   {
     id: "hdistance",

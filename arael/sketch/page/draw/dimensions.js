@@ -53,41 +53,37 @@ function length(pen, d, text) {
   return line && aligned(pen, d, text, ...line);
 }
 
+/** @param {Conic} c @returns {Point} */
+const middle = (c) => [c.cx, c.cy];
+
+/** On a whole circle, towards a point. @param {Conic} c @param {Point} p */
+const rim = (c, p) => conicPoint(c, angleOf(sub(p, middle(c))) - c.turn);
+
+/** @typedef {import("../types.js").Curve|null} Carrier */
+
+/**
+ * Where a distance begins and ends, by the curves or points that it is between.
+ * @param {Dimension} d @param {Carrier} one @param {Carrier} two @param {Point|null} p @param {Point|null} q
+ * @returns {[Point, Point]|null}
+ */
+function span(d, one, two, p, q) {
+  const round = two?.type === "conic";
+  if (!round && two?.type !== "line") return p && q && [p, q];
+  if (round && one?.type === "conic") {
+    if (one.rx < two.rx) return span(d, two, one, q, p);
+    const angle = Math.PI / 4 + (d.along ?? 0) * 2 * Math.PI;
+    const a = d.mode ? rim(one, middle(two)) : conicPoint(one, angle - one.turn);
+    return [a, rim(two, d.mode === "outside" ? middle(one) : a)];
+  }
+  const a = one?.type !== "line" ? p : round ? foot(middle(two), ...lineEnds(one)) : pointAt(one, 0.5);
+  return a && [a, round ? rim(two, a) : foot(a, ...lineEnds(two))];
+}
+
 /** @param {Pen} pen @param {Dimension} d @param {string} text */
 function distance(pen, d, text) {
   const [one, two] = d.args.map((arg) => curve(pen, arg));
-  if (two?.type === "conic" && (d.mode || one?.type !== "conic")) {
-    const found = edges(d, one, pen.store.point(d.args[0]), two);
-    return found && aligned(pen, d, text, ...found);
-  }
-  if (one?.type === "conic" && two?.type === "conic") {
-    const angle = Math.PI / 4 + (d.along ?? 0) * 2 * Math.PI;
-    return aligned(pen, d, text, conicPoint(one, angle - one.turn), conicPoint(two, angle - two.turn));
-  }
-  const a = one?.type === "line" ? pointAt(one, 0.5) : pen.store.point(d.args[0]);
-  if (!a) return null;
-  if (two?.type === "line") return aligned(pen, d, text, a, foot(a, ...lineEnds(two)));
-  const b = pen.store.point(d.args[1]);
-  return b && aligned(pen, d, text, a, b);
-}
-
-/**
- * Between edges of circles, or from a point or line to one.
- * @param {Dimension} d @param {import("../types.js").Curve|null} one @param {Point|null} p @param {Conic} two
- * @returns {[Point, Point]|null}
- */
-function edges(d, one, p, two) {
-  const middle = (/** @type {Conic} */ c) => /** @type {Point} */ ([c.cx, c.cy]);
-  const towards = (/** @type {Conic} */ c, /** @type {Point} */ q) =>
-    conicPoint(c, angleOf(sub(q, middle(c))) - c.turn);
-  if (one?.type !== "conic") {
-    const a = one?.type === "line" ? foot(middle(two), ...lineEnds(one)) : p;
-    return a && [a, towards(two, a)];
-  }
-  if (d.mode === "outside") return [towards(one, middle(two)), towards(two, middle(one))];
-  if (one.rx < two.rx) return edges(d, two, p, one);
-  const a = towards(one, middle(two));
-  return [a, towards(two, a)];
+  const found = span(d, one, two, pen.store.point(d.args[0]), pen.store.point(d.args[1]));
+  return found && aligned(pen, d, text, ...found);
 }
 
 /** @param {0|1} axis @returns {(pen: Pen, d: Dimension, text: string) => Drawn|null} */
@@ -245,17 +241,11 @@ export function measured(store, d) {
     return entity ? curveOf(entity, store.values) : null;
   });
   const [p, q] = d.args.map((arg) => store.point(arg));
-  if (d.kind === "length" && a?.type === "line") return Math.hypot(a.x2 - a.x1, a.y2 - a.y1);
+  if (d.kind === "length" && a?.type === "line") return dist(...lineEnds(a));
   if (d.kind === "hdistance" && p && q) return Math.abs(q[0] - p[0]);
   if (d.kind === "vdistance" && p && q) return Math.abs(q[1] - p[1]);
-  if (d.kind === "distance") {
-    if (p && q) return dist(p, q);
-    if (p && b?.type === "line") return dist(p, foot(p, ...lineEnds(b)));
-    if (a?.type === "line" && b?.type === "line") return dist(pointAt(a, 0.5), foot(pointAt(a, 0.5), ...lineEnds(b)));
-    if (a?.type === "conic" && b?.type === "conic" && !d.mode) return Math.abs(a.rx - b.rx);
-    const found = b?.type === "conic" && edges(d, a, p, b);
-    if (found) return dist(...found);
-  }
+  const found = d.kind === "distance" && span(d, a, b, p, q);
+  if (found) return dist(...found);
   if (a?.type === "conic") {
     if (d.kind === "radius") return a.rx;
     if (d.kind === "diameter") return 2 * a.rx;
