@@ -120,6 +120,7 @@ def values(model: Model) -> list[Array]:
     return [*map(np.array, found), q]
 
 
+@pytest.mark.sweep(slow=("f64-False", "f64-True"))
 @pytest.mark.parametrize(
     ("precision", "interpret"),
     [("f64", False), ("f64", True), ("f32", True), pytest.param("f32", False, marks=SLOW)],
@@ -232,6 +233,7 @@ def nested(tmp_path: Path, text: str = NESTED, **options: Any) -> Model:
     return model
 
 
+@pytest.mark.slow
 def test_nested_components_against_interpreter_and_differences(tmp_path: Path) -> None:
     model = nested(tmp_path)
     check_against_oracle(model)
@@ -409,6 +411,7 @@ def test_covariance(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_guards_over_formulas(tmp_path: Path) -> None:
     text = """
     component Gate {
