@@ -332,6 +332,7 @@ def take_notes(
         session.determined &= (
             structural is not None
             and structural[1] == ()
+            and len(extent) == len(structural[2])  # residuals may be added at run time
             and all(now >= then for now, then in zip(extent, structural[2], strict=True))
         )
         found = structural_notes(problem, linear, damping, session.determined)
