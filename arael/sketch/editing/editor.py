@@ -433,10 +433,12 @@ class Editor:
         """Solve with a new row, or raise why not."""
         if self._together:
             return
-        verdict = self.judge.verdict(name)
+        verdict, known = self.judge.verdict(name), len(self.notices)
         self._refuse(verdict, force)
         label = self._label(name)
-        self._settle(name)
+        outcome = self._settle(name)
+        if verdict.kind == "here" and outcome.moved and self.judge.verdict(name).kind == "helps":
+            del self.notices[known:]  # the solution is in another position
         if name in self.document.dimensions:
             self.notices += notices.kept_by(self.document, name, verdict)
         elif verdict.kind == "partly":
