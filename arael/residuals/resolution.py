@@ -121,7 +121,7 @@ def _name(t: Reader, node: tree.Name) -> Any:
 
 
 def _place(t: Reader, expression: Expression, name: str) -> str:
-    """Path of a column of `own` in the residual's rows."""
+    """Path of a column of `expression` in the residual's rows."""
     if expression is t.frames[0]:
         return name
     t.reads.needs[expression.label] = None
