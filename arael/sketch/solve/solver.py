@@ -76,7 +76,7 @@ class Solver:
         self._version = -1
         self._levers = np.zeros(0)  # for which angles are scaled
         self._trial: tuple[tuple[int, bytes], Levels] | None = None
-        self._extents: tuple[int, Extents] | None = None  # of a version of the layout
+        self._extents: tuple[int, Extents] | None = None  # by the layout's `drawn`
         self.interruption = Interruption()
         self._question: object | None = None  # what is asked about the document, if it may end
         self._broken: object | None = None  # the step of undo or question that was to be broken off
@@ -508,12 +508,16 @@ class Solver:
     def collapsed(self, x: Array) -> list[Entity]:
         """Entities that have an extent in the document and none at `x`."""
         layout = self.layout
-        known = self._extents
-        if known is None or known[0] != layout.version:
-            known = (layout.version, Extents(layout.document.entities.values()))
-            self._extents = known
         least = COLLAPSED * layout.size
-        return known[1].lost(layout.document.values, layout.values_at(x), least)
+        return self.extents.lost(layout.document.values, layout.values_at(x), least)
+
+    @property
+    def extents(self) -> Extents:
+        """Of the document's entities, kept until any comes or goes."""
+        layout = self.layout
+        if self._extents is None or self._extents[0] != layout.drawn:
+            self._extents = (layout.drawn, Extents(layout.document.entities.values()))
+        return self._extents[1]
 
     def _turn(self, x: Array, line: Entity, angle: float) -> None:
         """Turn a line in `x` about the end of it that is fixed, else its middle."""
