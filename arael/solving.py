@@ -170,7 +170,8 @@ def solve(
                 log("solve", "info", f"{layout.name}: {note}")
             if outcome.status in ENDING:
                 break
-        take_notes(session, problem, linear, outcome, results)
+        if outcome.status != "aborted":  # a function that was interrupted is not called again
+            take_notes(session, problem, linear, outcome, results)
     return joined(results, layout.name)
 
 

@@ -379,7 +379,7 @@ def test_passes_freeze_components(tmp_path: Path) -> None:
     schedule = """
     solve {
         pass first { freeze north freeze robots.mount.frame }
-        pass second { free robots.mount.frame.axis }
+        pass second { freeze north freeze robots.mount.frame free robots.mount.frame.axis }
     }
     constraint tilt"""
     text = NESTED.replace("    constraint tilt", schedule)
