@@ -4,15 +4,16 @@ import os
 import shutil
 import subprocess
 import sys
-import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
+from setuptools.modified import newer_group
 
 ROOT = Path(__file__).resolve().parent
+sys.path.insert(0, str(ROOT))  # the build asks the package what it is built for
 RUNTIME = Path("arael", "runtime")
 
 # Where the .pyx files of the package are; those of `arael/models` are made with the models.
@@ -28,17 +29,35 @@ INSTRUCTIONS = RUNTIME / "machine" / "instructions.h"
 # Where the C compiler spends longest: these start first, so that none is left alone at the end.
 LONGEST = ("linear/compiled", "levels/compiled", "levenberg/compiled")
 
-# Optimised less: what plans once a structure, in loops that do not vectorise.
-PLANNING = ("linear/planning", "levels/planning", "_cyutility")
+# Optimised most. Rows of sketches take 16 % longer with -O2; the machine's loops over lanes and the
+# dense kernels are loops of vectors. Solves and edits elsewhere take as long with -O2.
+HOT = ("levels/compiled", "machine/compiled", "linear/tiles", "linear/eliminate")
 
+# Optimised least: what plans once a structure or hands calls on. Analyses take as long as with -O3.
+PLAIN = (
+    "_cyutility", "runtime/compiled", "parallel/compiled", "linear/planning", "levels/planning",
+    "orthogonal/exchange",
+)  # fmt: skip
 
-# Dense kernels in C, a compilation for each instruction set; and those options.
+# Dense kernels in C, a compilation for each instruction set, and its options.
 KERNELS = ("linear/tiles.c", "linear/eliminate.c")
 KERNELS_OF = "arael.runtime.linear.compiled"
-SETS = [("base", []), ("avx2", ["-mavx2", "-mfma"])]
-SETS += [("avx512", ["-mavx512f", "-mavx512vl", "-mavx512dq", "-mfma"])]
-if not sysconfig.get_platform().endswith("x86_64"):
-    del SETS[1:]
+AVX2 = ["-mavx2", "-mfma"]
+AVX512 = ["-mavx512f", "-mavx512vl", "-mavx512dq", "-mfma"]
+
+
+def kernel_sets():
+    """Instruction sets of the kernels: the baseline, and the best of this machine or all of x86."""
+    from arael.compiler import processor
+
+    built = processor.built_targets()
+    if "x86-64-v3" not in processor.shipped_targets():
+        return {"base": []}
+    return (
+        {"base": ["-O1"]}  # of x86-64: processors without AVX2
+        | ({"avx2": AVX2} if "x86-64-v3" in built else {})
+        | ({"avx512": AVX512} if "x86-64-v4" in built else {})
+    )
 
 
 def is_among(source, names):
@@ -50,7 +69,7 @@ def flags(source):
     """Options of the C compiler for the module of `source`."""
     if sys.platform == "win32":
         return ["/O2"]
-    level = "-O2" if is_among(source, PLANNING) else "-O3"
+    level = "-O3" if is_among(source, HOT) else "-O1" if is_among(source, PLAIN) else "-O2"
     given = os.environ.get("ARAEL_RUNTIME_CFLAGS", "").split()
     return [level, "-fno-math-errno", "-fno-trapping-math", "-g0", "-w", *given]
 
@@ -65,7 +84,7 @@ def extension(source):
         include_dirs=[numpy.get_include()],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_1_7_API_VERSION"),
-            ("KERNEL_SETS", str(len(SETS))),
+            *((f"KERNELS_{name.upper()}", "1") for name in kernel_sets()),
         ],
         extra_compile_args=flags(source),
         extra_link_args=os.environ.get("ARAEL_RUNTIME_LDFLAGS", "").split(),
@@ -165,24 +184,26 @@ class BuildExt(build_ext):
     def build_extension(self, ext):
         """Build an extension; that of the linear solvers with the kernels of all sets."""
         if ext.name == KERNELS_OF:
-            ext.extra_objects = self.kernels()
+            read = [*(RUNTIME / "linear").glob("*.h"), *(RUNTIME / source for source in KERNELS)]
+            ext.depends = [*ext.depends, *map(str, read)]
+            made = self.get_ext_fullpath(ext.name)
+            if self.force or newer_group([*ext.sources, *ext.depends], made, "newer"):
+                ext.extra_objects = self.kernels()
         super().build_extension(ext)
 
     def kernels(self):
         """Compile the kernels in C, several at a time; return the object files."""
-        headers = [str(path) for path in (RUNTIME / "linear").glob("*.h")]
 
         def compiled(job):
-            (number, (name, options)), source = job
+            (name, options), source = job
             return self.compiler.compile(
                 [str(RUNTIME / source)],
                 output_dir=os.path.join(self.build_temp, name),
-                macros=[("SET", str(number))],
+                macros=[(f"SET_{name.upper()}", "1")],
                 extra_postargs=[*flags(RUNTIME / source), *options],
-                depends=headers,
             )
 
-        jobs = [(one, source) for source in KERNELS for one in enumerate(SETS)]
+        jobs = [(one, source) for source in KERNELS for one in kernel_sets().items()]
         with ThreadPoolExecutor(self.parallel) as pool:
             return [path for found in pool.map(compiled, jobs) for path in found]
 

@@ -81,30 +81,30 @@ class Paths:
             self.bad.add(key)
             return BROKEN
         self.open.append((entity.place, field))
-        target = self._resolve(entity, field)
+        found = self._resolve(entity, field)
         self.open.pop()
-        if isinstance(target, Broken):
+        if isinstance(found, Broken):
             self.bad.add(key)
-        return target
+        return found
 
     def _resolve(self, entity: Entity, field: FieldDecl) -> Collection | Broken:
         assert isinstance(field.node.type, tree.RefType)
-        target = self.walk(entity, field.node.type.path, own=True)
-        if isinstance(target, Broken):
+        found = self.walk(entity, field.node.type.path, own=True)
+        if isinstance(found, Broken):
             return BROKEN
         path = field.node.type.path
-        if isinstance(target, Entity):
+        if isinstance(found, Entity):
             self.report.error(
                 "E0403",
                 path.span,
                 f"`{path}` is not a collection",
-                label=f"this is a single {target.place.struct.name}",
+                label=f"this is a single {found.place.struct.name}",
                 help=["a ref points into a `list of`, `deque of` or `arena of`"],
             )
             return BROKEN
-        held = target.site.place.struct
+        held = found.site.place.struct
         if held.name != field.struct:
-            declared = target.site.declared
+            declared = found.site.declared
             assert declared is not None
             self.report.error(
                 "E0404",
@@ -115,7 +115,7 @@ class Paths:
                 help=[f"write `ref {held.name} in {path}`"],
             )
             return BROKEN
-        return target
+        return found
 
     def walk(
         self, home: Entity, path: tree.Path, *, own: bool, through: bool = False
@@ -131,10 +131,10 @@ class Paths:
                 if not through:
                     return self._through_collection(path, i, here)
                 here = Entity((), here.site.place)
-            reached = self._first(home, part, own) if i == 0 else self._part(here, part, path)
-            if isinstance(reached, Broken):
+            found = self._first(home, part, own) if i == 0 else self._part(here, part, path)
+            if isinstance(found, Broken):
                 return BROKEN
-            here = reached
+            here = found
         return here
 
     def _first(self, home: Entity, part: tree.Ident, own: bool) -> Entity | Collection | Broken:

@@ -42,18 +42,18 @@ def residual_of(t: Typist, node: tree.Expr) -> list[Typed] | None:
             help=["end the body with a scalar, a vector or a list of both"],
         )
         return None
-    rows: list[Typed] = []
+    found: list[Typed] = []
     good = True
     for part in parts:
         value = t.value(part)
         if isinstance(value, Broken):
             good = False
         elif isinstance(value.type, VectorType) or is_number(value.type):
-            rows.append(value)
+            found.append(value)
         else:
             good = False
             _not_residual(t, part, value)
-    return rows if good else None
+    return found if good else None
 
 
 def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
@@ -84,15 +84,15 @@ def check_rows(t: Typist, guard: Typed | None, values: Sequence[Typed]) -> bool:
     a proof.
     """
     parts = conjuncts(guard)
-    facts = set(t.facts)
+    known = set(t.facts)
     for part in parts:
         if not moves(part):
-            facts |= facts_of(part, t.slots.steps)[0]
+            known |= facts_of(part, t.slots.steps)[0]
     for node in postorder([*values, *(part for part in parts if moves(part))]):
         if not isinstance(node, Read | Present):
             continue
         for source, column in t.slots.needs.get(node.slot, ()):
-            if (source.steps, column) not in facts:
+            if (source.steps, column) not in known:
                 way = ref_text(source, column)
                 t.fail(
                     "E0503",

@@ -49,9 +49,9 @@ class Units:
 
     def of(self, node: Typed) -> Quantity:
         """The unit of an expression that was added before."""
-        unit = self.known.get(node)
-        if unit is not None:
-            return unit
+        found = self.known.get(node)
+        if found is not None:
+            return found
         if isinstance(node, Pack):  # a constant
             return _pack(self, node)
         return node.unit if isinstance(node, Literal_) else UNKNOWN
@@ -62,11 +62,11 @@ class Units:
         if rule is None:
             return None
         try:
-            unit = rule(self, node)
+            found = rule(self, node)
         except (Clash, Misfit) as error:
             return error
-        if unit is not UNKNOWN:
-            self.known[node] = unit
+        if found is not UNKNOWN:
+            self.known[node] = found
         return None
 
 

@@ -105,7 +105,7 @@ def _parameter_below(
         if node.version == "trial" and node.parameter:
             return node
         if node.version == "computed":
-            parameter = _parameter_below(computed[table, node.column].value, table, computed)
-            if parameter is not None:
-                return parameter
+            found = _parameter_below(computed[table, node.column].value, table, computed)
+            if found is not None:
+                return found
     return None

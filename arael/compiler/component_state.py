@@ -60,12 +60,12 @@ class RowScalariser(Scalariser):
         self.cache = cache or self._derived
 
     def _read(self, e: Read) -> Nodes:
-        node = self.row.get(e.column)
-        return self.nodes(self.computed[e.column]) if node is None else list(node)
+        found = self.row.get(e.column)
+        return self.nodes(self.computed[e.column]) if found is None else list(found)
 
     def _formula(self, e: Formula) -> Nodes:
-        node = self.row.get(e.column)
-        return self.nodes(e.of) if node is None else list(node)
+        found = self.row.get(e.column)
+        return self.nodes(e.of) if found is None else list(found)
 
     def _state(self, read: Read, cache: str) -> Nodes:
         return self.cache(read, cache)
@@ -147,20 +147,18 @@ def given(
     graph = Graph()
     row = {u.column: [graph.input(u.stored_start + k) for k in range(u.stored)] for u in uses}
     scalariser = RowScalariser(graph, row, calls, _formulas(components))
-    formulas: list[layout.Formula] = []
+    found: list[layout.Formula] = []
     outputs: Nodes = []
     for component in components:
-        for definition in (*component.symbolic, *component.computed):
-            nodes = scalariser.nodes(definition.value)
+        for one in (*component.symbolic, *component.computed):
+            nodes = scalariser.nodes(one.value)
             if not needs_native(graph, nodes):
-                kind: Literal["real", "bool"] = "bool" if definition.value.type == BOOL else "real"
-                formulas.append(
-                    layout.Formula(definition.column, kind, shape(definition.value), len(outputs))
-                )
+                kind: Literal["real", "bool"] = "bool" if one.value.type == BOOL else "real"
+                found.append(layout.Formula(one.column, kind, shape(one.value), len(outputs)))
                 outputs += nodes
-    if not formulas:
+    if not found:
         return (), None
-    return tuple(formulas), graph.tape(outputs, inputs=range(sum(u.stored for u in uses)))
+    return tuple(found), graph.tape(outputs, inputs=range(sum(u.stored for u in uses)))
 
 
 def needs_native(graph: Graph, nodes: Sequence[int]) -> bool:
@@ -189,29 +187,25 @@ def names_of(definition: Definition, prefix: str) -> list[str]:
 
 
 def _formulas(components: Sequence[ComponentSite]) -> dict[str, Typed]:
-    return {
-        definition.column: definition.value
-        for component in components
-        for definition in component.computed
-    }
+    return {one.column: one.value for component in components for one in component.computed}
 
 
 def _within(graph: Graph, value: Nodes, param: Param) -> Nodes:
-    parts = list(value)
+    found = list(value)
     for name, ends in (("max", param.low), ("min", param.high)):
         for k, end in enumerate(ends):
             if end is not None:
-                parts[k] = graph.op(name, parts[k], graph.const(end))
-    return parts
+                found[k] = graph.op(name, found[k], graph.const(end))
+    return found
 
 
 def _moved(graph: Graph, steps: Sequence[Sequence[int]]) -> int:
     """Whether one of these steps is not zero; true of a step that is not a number."""
     zero = graph.const(0.0)
-    total: int | None = None
+    found: int | None = None
     for step in steps:
         for scalar in step:
             moves = graph.op("ne", scalar, zero)
-            total = moves if total is None else graph.op("or", total, moves)
-    assert total is not None, "a component has a parameter"
-    return total
+            found = moves if found is None else graph.op("or", found, moves)
+    assert found is not None, "a component has a parameter"
+    return found

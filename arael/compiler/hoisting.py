@@ -48,18 +48,16 @@ def _lean(graph: Graph, frontier: list[int], varying: set[int]) -> list[int]:
     Lanes are made in f64 and rounded to the precision of the kernel. Of rounded lanes a product is
     as good as a rounded one; a difference, such as 1 - cos t, may have nothing left.
     """
-    frontier_nodes = set(frontier)
+    kept = set(frontier)
     for node in reversed(frontier):
         if node not in varying or graph.ops[node] not in ("mul", "neg"):
             continue
         operands = graph.operands(node)
-        varying_operands = [n for n in operands if n in varying]
-        if varying_operands and all(n in frontier_nodes for n in varying_operands):
-            frontier_nodes.remove(node)
-            frontier_nodes.update(
-                n for n in operands if n not in varying and graph.ops[n] != "const"
-            )
-    return sorted(frontier_nodes)
+        own = [n for n in operands if n in varying]
+        if own and all(n in kept for n in own):
+            kept.remove(node)
+            kept.update(n for n in operands if n not in varying and graph.ops[n] != "const")
+    return sorted(kept)
 
 
 def _frontier(
@@ -70,7 +68,7 @@ def _frontier(
     wanted: Callable[[int], bool],
 ) -> list[int]:
     """Find fixed nodes read by moving ones, or results, descending where not `wanted`."""
-    nodes: set[int] = set()
+    found: set[int] = set()
     seen: set[int] = set()
     waiting = list(outputs)
     for node in live:
@@ -83,10 +81,10 @@ def _frontier(
             continue
         seen.add(node)
         if op == "input" or (op != "neg" and wanted(node)):
-            nodes.add(node)
+            found.add(node)
         else:
             waiting += graph.operands(node)
-    return sorted(nodes)
+    return sorted(found)
 
 
 def _is_root(site: ConstraintSite, slot: int) -> bool:

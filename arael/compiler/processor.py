@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import platform
 from functools import lru_cache
 
@@ -24,10 +25,20 @@ def flags() -> frozenset[str]:
 
 
 def shipped_targets() -> list[str]:
-    """Targets that the standard models are compiled for when arael is built here."""
+    """Targets of models that are compiled for other machines of this platform."""
     if platform.system() == "Linux" and platform.machine() == "x86_64":
         return list(LEVELS)
     return ["baseline"]
+
+
+def is_portable() -> bool:
+    """Whether arael is built for other machines, too: `ARAEL_PORTABLE` is 1, as for wheels."""
+    return os.environ.get("ARAEL_PORTABLE", "0") not in ("", "0")
+
+
+def built_targets() -> list[str]:
+    """Targets of a build of arael: the best one that runs here; all if the build is portable."""
+    return shipped_targets() if is_portable() else usable_targets()[:1]
 
 
 def usable_targets() -> list[str]:

@@ -36,7 +36,7 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
     AraelError
         A model is wrong, or there is no working C compiler.
     """
-    chosen = list(targets or processor.shipped_targets())
+    chosen = list(processor.shipped_targets() if targets is None else targets)
     folder = folder.resolve()  # the C compiler runs elsewhere
     folder.mkdir(parents=True, exist_ok=True)
     # Deriving and Cython hold the interpreter lock, the C compiler does not.
@@ -47,14 +47,14 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
             compilation = compile_text(read_source(path))
             text = compilation.sources[0].text
             source = compilation.emit()
-            record = encode(compilation.known(code_digest(source)))
+            known = encode(compilation.known(code_digest(source)))
             name = module_name(path.stem)
             generated: Path | None = None  # the C code is the same for every target
             for target in chosen:
                 entry = folder / f"{path.stem}-{target}"
                 shutil.rmtree(entry, ignore_errors=True)
                 entry.mkdir()
-                (entry / "model.json").write_bytes(record)
+                (entry / "model.json").write_bytes(known)
                 pyx = entry / f"{name}.pyx"
                 pyx.write_text(source, encoding="utf-8")
                 c_file = pyx.with_suffix(".c")
@@ -76,10 +76,19 @@ def _finish(c_file: Path, target: str, key: str, path: Path, seconds: dict[str, 
     return entry
 
 
+#: Compiled when first used, unless the build is portable: `sketch` has twice as much code as all
+#: others together, and who opens no sketch does not wait for it.
+ON_FIRST_USE = ("sketch",)
+
+
 def main(models: str, folder: str) -> None:
-    """Compile every model of the folder `models` into `folder`; called while arael is built."""
+    """Compile the models of the folder `models` into `folder`; called while arael is built."""
+    found = sorted(Path(models).glob("*.arael"))
+    later = [p for p in found if p.stem in ON_FIRST_USE and not processor.is_portable()]
     try:
-        ship(sorted(Path(models).glob("*.arael")), Path(folder))
+        ship([p for p in found if p not in later], Path(folder), processor.built_targets())
+        for path in later:
+            shutil.copyfile(path, Path(folder, path.name))
     except AraelError as error:
         raise SystemExit(render(error.diagnostics)) from None
 

@@ -69,11 +69,9 @@ class Fields:
         return f"{self._table.label}.{path}".removesuffix(".")
 
     def __getattr__(self, name: str) -> Any:
-        group = self.__dict__.get("_group")  # `copy` reads attributes before __init__
-        if group is None or name.startswith("__"):
+        if name.startswith("__") or name == "_group":  # `copy` reads attributes before __init__
             raise AttributeError(name)
-        known = group.plain.get(name)
-        return self._read(name) if known is None else self._get(known)
+        return self._read(name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_") and name not in self._group.members:
@@ -117,18 +115,9 @@ class Fields:
         if block is not None:
             return read_block(self, block)
         found = formulas.formula_at(self, path)
-        if found is not None:
-            return read_formula(self, *found)
-        member = self._group.plain[path] = self._member(path)
-        return self._get(member)
+        return self._get(self._member(path)) if found is None else read_formula(self, *found)
 
     def _get(self, member: Group | Leaf | Nested) -> Any:
-        if isinstance(member, Leaf) and member.column.role == "param":
-            table, path, rows = self._table, member.path, self._rows()
-            one = isinstance(rows, int)
-            if one and path in table.absentable and not table.present(path)[rows]:
-                return None
-            return Parameter(table, path, self._rows, not one and self._is_whole())
         # imported here: the circle of fields, collections and refs
         # imported here: start-up time
         from arael.face.collection import Collection
@@ -154,6 +143,8 @@ class Fields:
         if isinstance(member, Group):
             return Part(self, member)
         path, column = member.path, member.column
+        if column.role == "param":
+            return Parameter(table, path, self._rows, self._is_whole())
         if column.role == "ref" and column.target is not None:
             target = table.store.tables[column.target.table]
             handles = table.column(path)[rows]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from arael.geometry.arrays import Array, as_array, as_numbers
 from arael.geometry.rotations import euler_angles, rotation_matrix
@@ -86,8 +87,7 @@ def quat_from_matrix(rotation: ArrayLike) -> Array:
 
     A matrix that is nearly a rotation is projected to the nearest one, as in SciPy.
     """
-    # imported here: start-up time
-    from scipy.spatial.transform import Rotation
+    # Imported here, because it takes longer to import than NumPy.
 
     r = as_array(rotation, (3, 3), "rotation")
     if not r.size:

@@ -8,15 +8,20 @@ import subprocess
 import sys
 import sysconfig
 import tomllib
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import pytest
 
 import arael.runtime
-from arael.compiler import build, ship
+from arael import loading
+from arael.compiled_model import InterpretedWarning
+from arael.compiler import build, processor, ship
 from arael.loading import standard_models
 
 ROOT = Path(__file__).resolve().parents[2]
+LINEAR = standard_models()["linear"]
 SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
 
 
@@ -71,7 +76,6 @@ print(json.dumps(sorted(first[0].lower() for first in found if first)))
 BROUGHT = {"_distutils_hack", "mpmath", "packaging", "typing_extensions.py", "cython.py"}
 
 
-@pytest.mark.slow
 def test_the_build_system_has_what_a_build_imports(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", IMPORTED, str(standard_models()["linear"]), str(tmp_path / "made")],
@@ -95,3 +99,75 @@ def test_one_module_holds_the_code_of_memoryviews() -> None:
     holding = [m.name.partition(".")[0] for m in modules if b"View.MemoryView" in m.read_bytes()]
     assert len(modules) > 10
     assert holding == ["_cyutility"]
+
+
+def test_a_package_of_the_runtime_has_one_module() -> None:
+    """Each module costs everybody who builds arael most of a second before its first line."""
+    folder = Path(arael.runtime.__file__).parent
+    of = Counter(path.parent for path in folder.rglob("*.pyx"))
+    assert sum(of.values()) <= 14
+    assert all(path.with_suffix(".pyi").is_file() for path in folder.rglob("*.pyx"))
+
+
+FLAGS = {
+    "x86-64-v4": frozenset().union(*processor.LEVELS.values()),
+    "x86-64-v3": frozenset(processor.LEVELS["x86-64-v3"]),
+}
+
+
+@pytest.mark.parametrize("best", FLAGS)
+def test_a_build_is_for_this_machine_and_a_portable_one_for_all(
+    best: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processor.platform, "system", lambda: "Linux")
+    monkeypatch.setattr(processor.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(processor, "flags", lambda: FLAGS[best])
+    monkeypatch.delenv("ARAEL_PORTABLE", raising=False)
+    assert processor.built_targets() == [best]
+    monkeypatch.setenv("ARAEL_PORTABLE", "1")
+    assert processor.built_targets() == ["x86-64-v4", "x86-64-v3"]
+    monkeypatch.delenv("ARAEL_PORTABLE")
+    monkeypatch.setattr(processor, "flags", frozenset)
+    assert processor.built_targets() == []
+
+
+@pytest.mark.parametrize("portable", ["0", "1"])
+def test_sketches_are_compiled_when_first_used_but_for_a_wheel(
+    portable: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / "models"
+    source.mkdir()
+    for name in ("linear", "sketch"):
+        (source / f"{name}.arael").write_bytes(standard_models()[name].read_bytes())
+    compiled: list[str] = []
+
+    def noted(models: Iterable[Path], folder: Path, targets: Sequence[str]) -> None:
+        compiled.extend(path.stem for path in models)
+        assert targets == processor.built_targets()
+
+    monkeypatch.setattr(ship, "ship", noted)
+    monkeypatch.setenv("ARAEL_PORTABLE", portable)
+    made = tmp_path / "made"
+    made.mkdir()
+    ship.main(str(source), str(made))
+    assert compiled == (["linear", "sketch"] if portable == "1" else ["linear"])
+    assert (made / "sketch.arael").is_file() == (portable == "0")  # else `ship` has copied it
+
+
+def test_kernels_for_another_machine_are_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A wheel that was built on a machine with more instructions than this one has."""
+    shipped = tmp_path / "models" / "linear-x86-64-v4"
+    shipped.mkdir(parents=True)
+    (shipped / "manifest.json").write_text("not read on this machine")
+    monkeypatch.setattr(loading, "__file__", str(tmp_path / "loading.py"))
+    monkeypatch.setattr(loading, "standard_models", lambda: {"linear": LINEAR})
+    monkeypatch.setattr(processor.platform, "system", lambda: "Linux")
+    monkeypatch.setattr(processor.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(processor, "flags", lambda: FLAGS["x86-64-v3"])
+    monkeypatch.setattr(build, "find_compiler", lambda: None)
+    monkeypatch.setattr(loading, "find_kernels", lambda code: None)
+    with pytest.warns(InterpretedWarning, match="running on the expression machine"):
+        found = loading.load_compiled("linear")
+    assert (found.origin, found.kernels) == ("interpreted", None)

@@ -105,11 +105,11 @@ def _interface() -> str:
         package / "runtime" / "lanes.h",
         package / "compiler" / "build.py",
     )
-    parts = []
+    found = []
     for file in files:
         with contextlib.suppress(OSError):
-            parts.append(digest(file.read_bytes()))
-    return " ".join(parts)
+            found.append(digest(file.read_bytes()))
+    return " ".join(found)
 
 
 @lru_cache(maxsize=1)

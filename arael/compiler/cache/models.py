@@ -53,9 +53,9 @@ class Found:
     code: str
 
 
-def encode(record: Known) -> bytes:
+def encode(known: Known) -> bytes:
     """An entry as a file: the SHA-256 of the JSON that follows it."""
-    body = msgspec.json.encode(record)
+    body = msgspec.json.encode(known)
     return digest(body).encode() + b"\n" + body
 
 
@@ -70,10 +70,10 @@ def decode(data: bytes) -> Known:
     written, _, body = data.partition(b"\n")
     if written != digest(body).encode():
         raise ValueError("damaged")
-    record = msgspec.json.decode(body, type=Known)
-    if record.format != FORMAT:
+    known = msgspec.json.decode(body, type=Known)
+    if known.format != FORMAT:
         raise ValueError("another version")
-    return record
+    return known
 
 
 def find(key: str, source: Source) -> Found | None:
@@ -81,26 +81,26 @@ def find(key: str, source: Source) -> Found | None:
     path = directory() / "arael-models" / f"{key}.json"
     if not is_trusted(path):
         return None
-    record = read(path, source)
-    if record is not None:
+    found = read(path, source)
+    if found is not None:
         with contextlib.suppress(OSError):
             os.utime(path)  # used: see `upkeep.trim`
-    return record
+    return found
 
 
 def read(path: Path, source: Source) -> Found | None:
     """Read the entry at `path` for the model in `source`; None if it does not hold (any more)."""
     try:
         data = path.read_bytes()
-        record = _decoded(data)
+        known = _decoded(data)
     except (OSError, ValueError):
         return None
-    sources = _imported(record, source)
+    sources = _imported(known, source)
     if sources is None:
         return None
     names = [s.name for s in sources]
-    warnings = rendered(record.warnings, sources)
-    return Found(_attached(data, tuple(names), warnings), record.code)
+    warnings = rendered(known.warnings, sources)
+    return Found(_attached(data, tuple(names), warnings), known.code)
 
 
 @lru_cache(maxsize=_RECENT)
@@ -118,20 +118,20 @@ def _attached(data: bytes, names: tuple[str, ...], warnings: tuple[str, ...]) ->
     return attached(_decoded(data).layout, list(names), warnings)
 
 
-def _imported(record: Known, source: Source) -> list[Source] | None:
+def _imported(known: Known, source: Source) -> list[Source] | None:
     """The model's file and those it imports; None if one of them has changed."""
-    sources = [source]
-    if record.imports:
+    found = [source]
+    if known.imports:
         folder = Path(source.name).parent
-        for name, expected in record.imports.items():
+        for name, expected in known.imports.items():
             try:
-                imported = read_source(folder / name)
+                one = read_source(folder / name)
             except AraelError:
                 return None
-            if digest(imported.text.encode()) != expected:
+            if digest(one.text.encode()) != expected:
                 return None
-            sources.append(imported)
-    return sources
+            found.append(one)
+    return found
 
 
 def relative_names(sources: Sequence[Source]) -> list[str]:
@@ -141,7 +141,7 @@ def relative_names(sources: Sequence[Source]) -> list[str]:
     return ["", *(name.replace(os.sep, "/") for name in others)]
 
 
-def store(key: str, record: Known) -> None:
+def store(key: str, known: Known) -> None:
     """Keep an entry.
 
     Raises
@@ -151,6 +151,6 @@ def store(key: str, record: Known) -> None:
     """
     folder = prepare("arael-models")
     try:
-        replace(folder / f"{key}.json", encode(record))
+        replace(folder / f"{key}.json", encode(known))
     except OSError as error:
         raise unwritable(error) from error

@@ -305,7 +305,8 @@ cdef class LowerLevels(Newton):
         size = sqrt(dot(&b[0], &b[0], self.moving_count)) if self.moving_count else 0.0
         multipliers = np.zeros(count)
         if count and size > 0.0:
-            from scipy.optimize import nnls  # takes long to import, and is needed at bounds only
+            # Imported here for start-up time: needed at bounds only.
+            from scipy.optimize import nnls
 
             multipliers = nnls(np.asarray(columns), -np.asarray(b) / size)[0] * size
         for k in range(self.moving_count):

@@ -10,10 +10,6 @@ from arael.runtime.address cimport address
 
 from arael.runtime.records import check_record, probe_of
 
-cdef extern from "instruction_sets.h":
-    void** eliminate_tables[3][2]
-
-
 #: Records of the tables for the kernels.
 ENTITY = np.dtype(
     [(name, np.int64) for name in ("scalar", "source", "factor", "couplings", "size")]
@@ -38,11 +34,11 @@ SLACK = PAIRS_AHEAD + 2
 
 cdef void take_blocks(int which):
     global blocks32, blocks64
-    cdef void** t = eliminate_tables[which][0]
+    cdef void** t = kernel_sets[which].eliminate[0]
     blocks32.eliminate, blocks32.gram = <eliminate32_t>t[0], <gram32_t>t[1]
     blocks32.descend, blocks32.ascend = <descend32_t>t[2], <descend32_t>t[3]
     blocks32.apply, blocks32.symmetric = <apply32_t>t[4], <symmetric32_t>t[5]
-    t = eliminate_tables[which][1]
+    t = kernel_sets[which].eliminate[1]
     blocks64.eliminate, blocks64.gram = <eliminate64_t>t[0], <gram64_t>t[1]
     blocks64.descend, blocks64.ascend = <descend64_t>t[2], <descend64_t>t[3]
     blocks64.apply, blocks64.symmetric = <apply64_t>t[4], <symmetric64_t>t[5]

@@ -1,5 +1,5 @@
-/* What a file of kernels is compiled for: the instruction set SET, which setup.py chooses together
- * with the compiler's options, 0 baseline, 1 AVX2, 2 AVX-512.
+/* What a file of kernels is compiled for: SET_AVX512, SET_AVX2 or the baseline; setup.py chooses it
+ * together with the options of the compiler.
  *
  *   VB         bytes of a vector (0: plain scalars)
  *   RV         vectors of rows in a tile
@@ -13,12 +13,12 @@
 #include <stddef.h>
 #include <string.h>
 
-#if SET == 2
+#if defined(SET_AVX512)
 #define SET_NAME avx512
 #define VB 64
 #define RV 3
 #define REGISTERS 32
-#elif SET == 1
+#elif defined(SET_AVX2)
 #define SET_NAME avx2
 #define VB 32
 #define RV 2
@@ -39,10 +39,16 @@
 #endif
 #endif
 
+/* Sizes that are unrolled are those of vectors, points, poses and cameras: 1, 2, 3, 6 and 9. The
+ * baseline of x86-64, which few processors need, is left rolled up. */
 #if defined(__GNUC__)
 #define INLINE static inline __attribute__((always_inline))
-#define UNROLL _Pragma("GCC unroll 16")
 #define AHEAD(p) __builtin_prefetch(p)
+#if defined(__x86_64__) && !defined(SET_AVX2) && !defined(SET_AVX512)
+#define UNROLL
+#else
+#define UNROLL _Pragma("GCC unroll 16")
+#endif
 #else
 #define INLINE static __forceinline
 #define UNROLL

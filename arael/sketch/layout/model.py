@@ -1,23 +1,32 @@
-"""The shipped model of all sketches, compiled once per process."""
+"""The model of all sketches, loaded once per process."""
 
 from __future__ import annotations
 
 from functools import cache, lru_cache
-from typing import Any
 
+from arael.compiled_model import CompiledModel
 from arael.loading import load_compiled
 from arael.runtime.levels.compiled import KernelRows
 from arael.runtime.machine.tape import Tape
 
 
 @cache
-def compiled() -> Any:
-    """The compiled model ``sketch``."""
-    return load_compiled("sketch")
+def _loaded() -> list[CompiledModel]:
+    return [load_compiled("sketch", interpret="meanwhile")]
+
+
+def compiled() -> CompiledModel:
+    """The model ``sketch``; without its kernels while they are compiled, which takes some seconds.
+
+    They are in a wheel; a build from source leaves them to the first sketch.
+    """
+    held = _loaded()
+    held[0] = held[0].current(level=2)
+    return held[0]
 
 
 def rows() -> KernelRows:
-    """Rows of a sketch without any."""
+    """Rows of a sketch without any: on kernels, or on the expression machine without them."""
     model = compiled()
     return KernelRows(model.layout, model.kernels)
 
