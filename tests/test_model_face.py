@@ -190,7 +190,7 @@ def test_minus_one_for_a_ref_is_not_called_null(given: object) -> None:
             path.pose_pairs.prev = given
         else:
             path.pose_pairs[0].prev = given
-    assert error.value.diagnostics[0].message == "-1 where a ref is needed"
+    assert error.value.diagnostics[0].message == "index -1 is negative: `root.poses` has 4 rows"
 
 
 def test_wrong_names_and_values_are_named() -> None:

@@ -30,6 +30,7 @@ from arael.check.usage import (
     warn_lost_derivatives,
     warn_unread_parameters,
     warn_unused_structs,
+    warn_unwrapped_angles,
 )
 from arael.diagnostics.records import Findings
 from arael.syntax import tree
@@ -90,6 +91,7 @@ def check(
     warn_unused_structs(declarations, report)
     warn_unread_parameters(sites, constraints, report)
     warn_lost_derivatives(sites, components, constraints, report)
+    warn_unwrapped_angles(constraints, report)
     report.in_order()
     tables = build_tables(sites, paths)
     entities = build_entities(sites, tables, components)

@@ -8,6 +8,7 @@ alone.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from arael.check.binding import Broken
@@ -17,6 +18,7 @@ from arael.check.guards import conjuncts, facts_of, moves
 from arael.check.typed import (
     BOOL,
     QUATERNION,
+    Apply,
     MatrixType,
     Present,
     Read,
@@ -66,6 +68,10 @@ def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
         help_ = ["write `T.log()` for its twist, or a part of it: `T.translation`"]
     elif value.type == BOOL:
         help_ = ["write a condition after `when` or in `if ... then ... else`"]
+        if isinstance(value, Apply) and value.name == "eq":
+            left, right = (operand.span.text for operand in value.args)
+            right = f"({right})" if re.search(r"[-+]", right) else right
+            help_ = [f"write the difference, which the solve makes small: `{left} - {right}`"]
     t.fail(
         "E0602",
         node.span,

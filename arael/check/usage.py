@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from arael.check.declared import Declarations
 from arael.check.places import Place, Sites
 from arael.check.report import Reporter
-from arael.check.typed import ComponentSite, ConstraintSite, Definition, Read, Typed
-from arael.check.walk import postorder
+from arael.check.typed import Apply, ComponentSite, ConstraintSite, Definition, Read, Typed
+from arael.check.walk import operands, postorder
 from arael.diagnostics.records import Label
 
 
@@ -93,6 +93,49 @@ def warn_lost_derivatives(
                     labels=[Label(origin.span, "the parameter is read here")],
                     help=[f"declare `symbolic {name} = ...`, which is differentiated"],
                 )
+
+
+def warn_unwrapped_angles(constraints: Iterable[ConstraintSite], report: Reporter) -> None:
+    """Warn of differences of two angles that are residuals without ``rad_diff``."""
+    warned: set[tuple[int, int]] = set()
+    for site in constraints:
+        waiting: list[tuple[Typed, Typed | None]] = [(part, None) for part in site.residual]
+        seen: set[Typed] = set()
+        while waiting:
+            node, above = waiting.pop()
+            if node in seen or (isinstance(node, Apply) and node.name in _PERIODIC):
+                continue
+            seen.add(node)
+            waiting += [(operand, node) for operand in operands(node)]
+            if not _is_difference(node) or not all(map(_is_angle, operands(node))):
+                continue
+            place = (node.span.start, node.span.end)
+            if place in warned:
+                continue
+            warned.add(place)
+            first, second = (operand.span.text for operand in operands(node))
+            right = f"rad_diff({first}, {second})"
+            if above is not None and _is_difference(above) and operands(above)[0] is node:
+                right = f"rad_diff({first} - {second}, {operands(above)[1].span.text})"
+            report.warning(
+                "W0603",
+                node.span,
+                "the difference of two angles jumps by 2 pi where one of them is wrapped",
+                label="3.1 and -3.1 differ by 6.2 here",
+                help=[f"write `{right}`"],
+            )
+
+
+# Functions of an angle that 2 pi more do not change.
+_PERIODIC = frozenset({"rad_diff", "rad_sum", "sin", "cos", "tan"})
+
+
+def _is_difference(node: Typed) -> bool:
+    return isinstance(node, Apply) and node.name == "sub"
+
+
+def _is_angle(node: Typed) -> bool:
+    return isinstance(node, Read) and node.parameter == "angle"
 
 
 def _parameter_below(

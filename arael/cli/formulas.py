@@ -51,7 +51,6 @@ def _constraint(site: ConstraintSite, found: Derivatives | None, latex: bool) ->
         yield "  reads no parameter: no derivatives"
         return
     graph = found.shared.terms.graph
-    live = graph.live(found.residuals)
     rows = found.shared.write()
     written = [*found.residuals, *(node for row in rows for node in row.values())]
     yield (
@@ -59,7 +58,7 @@ def _constraint(site: ConstraintSite, found: Derivatives | None, latex: bool) ->
         f"{graph.tree_operations(written)} operations before and {graph.operations(written)} after "
         "common subexpressions"
     )
-    yield from _Printer(found, latex).lines(live)
+    yield from _Printer(found, latex).lines()
 
 
 class _Printer:
@@ -72,11 +71,16 @@ class _Printer:
         self.found, self.latex = found, latex
         self.terms = found.shared.terms
 
-    def lines(self, live: list[int]) -> Iterator[str]:
-        """Sections of a constraint; `live` are the nodes of its residuals."""
+    def lines(self) -> Iterator[str]:
+        """Sections of a constraint, each line after those that it reads."""
         graph, shared = self.terms.graph, self.found.shared
+        definitions = {symbol: term for symbol, (term, _) in shared.definitions.items()}
+        derived = [term for row in shared.rows for term in row.values()]
+        common = self._in_order({**shared.subexpressions, **definitions}, derived)
+        read = {s for term in (*common.values(), *derived) for s in term.free_symbols}
+        nodes = [self.terms.symbols[s] for s in read if s in self.terms.symbols]
         yield "  values"
-        for node in live:
+        for node in graph.live([*self.found.residuals, *nodes]):
             name = graph.ops[node]
             if name not in ("input", "const", "neg") and not graph.is_free(node):
                 make = MAKERS.get(name, sp.Function(name.removeprefix(NATIVE)))
@@ -85,17 +89,34 @@ class _Printer:
                 yield self._line(f"t{node}", value)
         for k, node in enumerate(self.found.residuals):
             yield self._line(f"r{k}", self._named(self.terms.leaf(node)))
-        if shared.subexpressions:
+        if common:
             yield "  shared subexpressions"
-        for symbol, term in shared.subexpressions.items():
+        for symbol, term in common.items():
             yield self._line(_short(symbol), self._named(term))
         yield "  derivatives"
-        for symbol, (term, _) in shared.definitions.items():
-            yield self._line(_short(symbol), self._named(term))
         for k, row in enumerate(shared.rows):
             for seed, term in row.items():
                 by = self.found.tangents[seed]
                 yield self._line(f"d r{k} / d {by}", self._named(term))
+
+    @staticmethod
+    def _in_order(known: dict[Any, Any], wanted: list[Any]) -> dict[Any, Any]:
+        """The symbols that `wanted` need, with their terms, in order of evaluation."""
+        found: dict[Any, Any] = {}
+
+        def missing(term: Any) -> list[Any]:
+            symbols = (s for s in term.free_symbols if s in known and s not in found)
+            return sorted(symbols, key=lambda s: str(s.name), reverse=True)
+
+        # With a stack of its own: subexpressions may be thousands deep.
+        waiting = [symbol for term in reversed(wanted) for symbol in missing(term)]
+        while waiting:
+            more = missing(known[waiting[-1]])
+            if not more:
+                symbol = waiting.pop()
+                found[symbol] = known[symbol]
+            waiting += more
+        return found
 
     def _named(self, term: Any) -> Any:
         return term.xreplace({symbol: self._name(symbol) for symbol in term.free_symbols})

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import structs
 
-from arael.check.typed import ConstraintSite, Typed
+from arael.check.typed import ConstraintSite, Loss, Typed
 from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
 from arael.compiler.hoisting import hoist
@@ -195,7 +195,7 @@ def derivatives(
         node = graph.input(key)
         if isinstance(key, StateInput):
             names[node] = _state_name(site, uses.uses[key.use], states, key.offset)
-        else:
+        elif not isinstance(key, Loss):  # the argument of a loss, replaced by its value
             names[node] = _node_name(site, graph, node)
     tangents = {
         (use, k): f"{_slot_name(site, u.slot)}{states[u.entity].entity.prefix}{name}"
@@ -449,8 +449,22 @@ def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
             of = f"{_slot_name(site, slot)}{column.partition('#')[0]}"
             return f"sum {component + 1} over {of}"
         return f"{_slot_name(site, slot)}{column}[{component}]"
+    shown = [_operand(site, graph, a) for a in graph.args[node]]
+    if all(shown):
+        return f"{graph.ops[node]} of {' and '.join(shown)}"
     names = sorted(
         {_node_name(site, graph, n) for n in graph.live([node]) if graph.ops[n] == "input"}
     )
-    shown = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
-    return f"{graph.ops[node]} of {shown}"
+    shown = names[:3] + ["..."] * (len(names) > 3)
+    return f"{graph.ops[node]} of {', '.join(shown)}"
+
+
+def _operand(site: ConstraintSite, graph: Graph, node: int, depth: int = 2) -> str:
+    """An input, a number, or an operation on such; "" for what is longer."""
+    value = graph.value(node)
+    if value is not None:
+        return repr(value)
+    if graph.ops[node] == "input":
+        return _node_name(site, graph, node)
+    args = [_operand(site, graph, a, depth - 1) for a in graph.args[node]] if depth else [""]
+    return f"{graph.ops[node]}({', '.join(args)})" if all(args) else ""

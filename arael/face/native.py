@@ -66,19 +66,24 @@ def bind_all(
             "load", "functions", "a mapping by name", functions, 'write `{"name": function}`'
         )
     known = {f.name: f for f in layout.functions}
-    found = {}
+    found, slow = {}, []
     for name, given in functions.items():
         if name not in known or not known[name].native:
             raise AraelError(_unknown(name, known, layout))
         found[name] = bind(known[name], given)
         if found[name].needs_gil:
-            warnings.warn(
-                f"`{name}` is bound to a Python function: it is called for one instance at a time "
-                "with the GIL held, which is slow; numba.cfunc, ctypes, cffi and Cython make "
-                "functions that are called directly",
-                SlowFunctionWarning,
-                stacklevel=stacklevel,
-            )
+            slow.append(f"`{name}`")
+    if slow:
+        are = "is bound to a Python function: it is"
+        if len(slow) > 1:
+            are = "are bound to Python functions: these are"
+        warnings.warn(
+            f"{', '.join(slow)} {are} called for one instance at a time "
+            "with the GIL held, which is slow; numba.cfunc, ctypes, cffi and Cython make "
+            "functions that are called directly",
+            SlowFunctionWarning,
+            stacklevel=stacklevel,
+        )
     return found
 
 

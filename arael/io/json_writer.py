@@ -95,7 +95,8 @@ def own_parts(table: Table, column: Column) -> dict[str, dict[int, Any]]:
     """Flags and bounds of a parameter in rows that have their own, ``fixed``, ``low``, ``high``."""
     path = column.path
     found: dict[str, dict[int, Any]] = {}
-    fixed, some = table.fixed(path), table.fixed_components(path)
+    # What `optimize = False` excludes from solves is fixed in a file.
+    fixed, some = table.fixed(path) | ~table.optimize(path), table.fixed_components(path)
     if fixed.any():
         found["fixed"] = dict.fromkeys(np.flatnonzero(fixed).tolist(), True)
     if some is not None and some.any():
@@ -129,8 +130,9 @@ def own_bounds(table: Table, column: Column, end: str) -> tuple[NDArray[Any], ND
 
 
 def fixed_flags(table: Table, column: Column) -> NDArray[np.bool_]:
-    """Flags (size,) of a parameter, or (size, k) where components have their own."""
-    fixed, some = table.fixed(column.path), table.fixed_components(column.path)
+    """Flags (size,) of what is held of a parameter, or (size, k) where components have theirs."""
+    fixed = table.fixed(column.path) | ~table.optimize(column.path)
+    some = table.fixed_components(column.path)
     return fixed if some is None or not some.any() else fixed[:, None] | some
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @styled
 def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
-    """Draw cost, and trust region or lambda, over the attempts of each pass.
+    """Draw cost, and trust region or lambda, over the attempts of each pass and its start.
 
     Parameters
     ----------
@@ -27,15 +27,19 @@ def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
     figure, (costs, damping) = new_figure(11.0, 4.4, columns=2)
     start, names = 0, set()
     for name, records in passes:
-        at = start + np.arange(len(records))
+        at = start + 1 + np.arange(len(records))
         accepted = records["accepted"].astype(bool)
         cost = np.where(accepted, records["trial_cost"], records["cost"])
         if start:
             for axes in (costs, damping):
                 axes.axvline(start - 0.5, color=FAINT, linewidth=1)
-        costs.plot(at, cost, "-", color=BLUE, linewidth=1)
+        if len(records):  # the cost at the start of the pass, before its first attempt
+            whole = np.concatenate((records["cost"][:1], cost))
+            costs.plot(start + np.arange(len(whole)), whole, "-", color=BLUE, linewidth=1)
         costs.plot(at[accepted], cost[accepted], "o", color=BLUE, markersize=4)
         costs.plot(at[~accepted], cost[~accepted], "x", color=ORANGE, markersize=6)
+        if len(records):
+            costs.plot(start, whole[0], "s", color=GREY, markersize=4)
         region = "radius" in (records.dtype.names or ()) and np.isfinite(records["radius"]).any()
         names.add("trust region" if region else "damping")
         limit = records["radius" if region else "damping"]
@@ -43,7 +47,7 @@ def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
         costs.annotate(
             name, (start, 1), xycoords=("data", "axes fraction"), va="top", color=GREY, fontsize=9
         )
-        start += len(records)
+        start += len(records) + bool(len(records))
     costs.set_title("cost", color=INK)
     damping.set_title(", ".join(sorted(names)) or "damping", color=INK)
     for axes in (costs, damping):

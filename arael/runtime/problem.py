@@ -187,8 +187,8 @@ class Problem:
         self.gathered += 1
         structure = self.structure
         group = self.layout.groups[number]
-        if group.sigma is not None:
-            # Imported here for start-up time: only priors with a sigma from data are checked.
+        if group.sigma is not None or any("sigma" in raw.column for raw in group.raw):
+            # Imported here for start-up time: only what has a sigma from data is checked.
             from arael.runtime.evaluation.sigmas import check_sigmas
 
             check_sigmas(

@@ -17,6 +17,7 @@ root Bend {
     constraint both { [sin(a * b) * exp(a), safe_sqrt(a - b) / (a * a + b)] }
 }
 """
+ROOT = Path(__file__).parents[2]
 NAMES = {"sin": math.sin, "cos": math.cos, "exp": math.exp, "sqrt": math.sqrt}
 NAMES |= {
     "max": max,
@@ -89,3 +90,37 @@ def test_its_options_belong_to_the_stage(arael: Arael, option: list[str]) -> Non
     done = arael("emit", "slam", *option)
     assert done.code == 2
     assert f"{option[0]} needs --stage sympy, found --stage pyx" in done.err
+
+
+ALL = sorted(path for folder in ("models", "examples") for path in (ROOT / folder).rglob("*.arael"))
+
+
+@pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
+def test_every_model_is_printed_in_order_of_evaluation(arael: Arael, path: Path) -> None:
+    """Each value, shared subexpression and sum is printed before the lines that read it."""
+    found = arael("emit", str(path), "--stage", "sympy")
+    if "has no root" in found.err or "E0107" in found.err:  # a file that others import
+        return
+    assert found.code == 0, found.err
+    known: set[str] = set()
+    for line in found.out.splitlines():
+        if line.startswith("constraint "):
+            known = set()
+        if not line.startswith("    "):
+            continue
+        name, _, term = line.strip().partition(" = ")
+        read = set(re.findall(r"(?<![\w.])[txw]\d+(?![\w.\[])", term))
+        assert read <= known, line
+        known.add(name)
+
+
+@pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
+def test_prepared_data_is_named_with_both_operands(arael: Arael, path: Path) -> None:
+    """`mul of root.h[0]` has lost one: of two operands, both are named."""
+    found = arael("emit", str(path), "--stage", "ir")
+    if found.code != 0:
+        assert "E0107" in found.err or "has no root" in found.err, found.err
+        return
+    lines = re.findall(r"^  t\d+ = (?:add|sub|mul|div) of (.+)$", found.out, re.MULTILINE)
+    short = [name for name in lines if len(name) < 40 and "..." not in name]
+    assert all(" and " in name or "(" in name or ", " in name for name in short), short

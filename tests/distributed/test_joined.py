@@ -31,7 +31,7 @@ struct Step { a: ref Pose in root.poses; b: ref Pose in root.poses; d: vec2; tur
     constraint moved loss huber(3) {
         let e = b.p - a.p
         [10 * (cos(a.th) * e.x + sin(a.th) * e.y - d.x),
-         10 * (-sin(a.th) * e.x + cos(a.th) * e.y - d.y), 10 * (b.th - a.th - turn)]
+         10 * (-sin(a.th) * e.x + cos(a.th) * e.y - d.y), 10 * rad_diff(b.th - a.th, turn)]
     } }
 root Graph : f64 {
     weight: real = 1

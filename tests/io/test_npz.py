@@ -75,7 +75,7 @@ def test_columns_are_read_by_path(tmp_path: Path) -> None:
         ("poses.info.features.offsets", np.array([0, 0, 2**60]), "E0704", "more rows than"),
         ("poses.info.features.offsets", None, "E0702", "offsets"),
         ("landmarks.frines.pose", np.array([0, 2]), "E0708", "index 2 is out of range"),
-        ("landmarks.frines.pose", np.array([0, -1]), "E0707", "-1 where a ref is needed"),
+        ("landmarks.frines.pose", np.array([0, -1]), "E0707", "index -1 is negative"),
         ("landmarks.frines.pose", np.array([0.0, 1.0]), "E0704", "expected 2 integers"),
         ("landmarks.frines.pose", None, "E0702", "landmarks.frines.pose"),
         ("landmarks.name", np.array(["a", 3], dtype=object), "E0703", "Python objects"),

@@ -90,9 +90,9 @@ def test_history_marks_rejected_attempts() -> None:
     records = np.array([(9, 4, 1e-4, 1), (4, 8, 2e-5, 0), (4, 1, 2e-4, 1)], dtype=kinds)
     figure = history_figure([("solve", records)])
     line, accepted, rejected = figure.axes[0].lines[:3]
-    assert line.get_ydata().tolist() == [4, 4, 1]
-    assert accepted.get_xdata().tolist() == [0, 2]
-    assert rejected.get_xdata().tolist() == [1]
+    assert line.get_ydata().tolist() == [9, 4, 4, 1]
+    assert accepted.get_xdata().tolist() == [1, 3]
+    assert rejected.get_xdata().tolist() == [2]
 
 
 @needs("matplotlib")

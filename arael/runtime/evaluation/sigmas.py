@@ -1,21 +1,24 @@
-"""Standard deviations of priors that come from data: they must be positive."""
+"""Standard deviations that come from data, of priors or by their name: they must be positive."""
 
 from __future__ import annotations
+
+import re
+from typing import Any
 
 import numpy as np
 
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.failures import SolveError
-from arael.runtime.layout import Group, columns_of
+from arael.runtime.layout import Group, Raw, columns_of
 from arael.runtime.machine.compiled import NativeTable
-from arael.runtime.store.access import Ints, StoreLike, gather_all, outputs
+from arael.runtime.store.access import Ints, StoreLike, gather, gather_all, outputs
 from arael.runtime.system import row_name
 
 
 def check_sigmas(
     store: StoreLike, group: Group, active: Ints, rows: list[Ints], natives: NativeTable
 ) -> None:
-    """Check the standard deviations of a prior in all rows on which it acts.
+    """Check the standard deviations of a constraint in all rows on which it acts.
 
     Parameters
     ----------
@@ -28,7 +31,11 @@ def check_sigmas(
         E1016 for the first that is zero, negative or NaN: a negative one would act as its
         absolute value.
     """
-    if group.sigma is None or not len(active):
+    if not len(active):
+        return
+    for raw in sigmas_read(group):
+        _check_column(store, group, raw, rows)
+    if group.sigma is None:
         return
     inputs = gather_all(store, group.slots, rows, columns_of(group.sigma_raw))
     for found in outputs(group.sigma, inputs, len(active), natives):
@@ -48,3 +55,36 @@ def check_sigmas(
                 ),
             )
         )
+
+
+def sigmas_read(group: Group) -> list[Raw]:
+    """Data that a group reads whose name says that it is a standard deviation."""
+    return [raw for raw in group.raw if _SIGMA.search(raw.column)]
+
+
+# The last name of a path: `sigma`, `range_sigma`, `sigma_range`.
+_SIGMA = re.compile(r"(^|[._])sigma(_\w*)?$")
+
+
+def _check_column(store: StoreLike, group: Group, raw: Raw, rows: list[Ints]) -> None:
+    values = np.atleast_1d(gather(store, group.slots, rows, raw))
+    bad = values <= 0
+    if not bad.any():
+        return
+    k, path = int(np.argmax(bad)), group.slots[raw.slot].table
+    field = raw.column if raw.component == 0 else f"{raw.column}[{raw.component}]"
+    place = store.layout.root
+    if path:
+        table: Any = store.tables[path]
+        row = int(rows[raw.slot][k])
+        place = table.row_name(row)
+        if table.layout.key:
+            place += f" (`{table.layout.key}` {table.column(table.layout.key)[row]!r})"
+    raise SolveError(
+        Diagnostic(
+            "E1016",
+            f"`{field}` of {place} is {values[k]:g}: a standard deviation is positive",
+            origin=group.where,
+            help=(f"correct the data: `{group.label}` divides by it",),
+        )
+    )

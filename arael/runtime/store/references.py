@@ -134,13 +134,13 @@ def handles_of(table: Table, column: Column, given: Any, rows: Ints, origin: Ori
     null = handles == NULL
     if null.any() and not table.ref_is_optional(column):
         i = int(np.argmax(null))
-        found = "-1" if _is_minus_one(given, i) else "null"
+        negative = _is_minus_one(given, i)
         raise error(
             "E0707",
-            f"{found} where a ref is needed",
+            _negative(column, -1, target.size) if negative else "null where a ref is needed",
             name(i),
             column,
-            help="rows are counted from 0; -1 means no row" if found == "-1" else "",
+            help="rows are counted from 0; -1 is no row, for refs with `?`" if negative else "",
         )
     if isinstance(given, Handles) and target.layout.parent:
         _, owners = walk(table, column.target.base, rows)
@@ -232,8 +232,16 @@ def out_of_range(column: Column, index: int, count: int) -> str:
     assert column.target is not None
     if count < 0:
         return f"index {index} is in `{column.target.text}`, but the ref on the path is null"
+    if index < 0:
+        return _negative(column, index, count)
     rows = f"{count} row{'' if count == 1 else 's'}"
     return f"index {index} is out of range: `{column.target.text}` has {rows}"
+
+
+def _negative(column: Column, index: int, count: int) -> str:
+    assert column.target is not None
+    rows = f"{count} row{'' if count == 1 else 's'}"
+    return f"index {index} is negative: `{column.target.text}` has {rows}"
 
 
 def _holders(target: Table, dense: Ints) -> Ints:
