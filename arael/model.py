@@ -470,7 +470,7 @@ class Model(Displayed, Fields):
         from arael.session_factor import session_factor
 
         problem = self._problem()
-        usual = (scale, gauge) == ("known", "fixed")
+        usual = [str(x) for x in (scale, gauge)] == ["known", "fixed"]
         return Covariance(problem, scale, gauge, session_factor(self, problem) if usual else None)
 
     def report(self, scale: str = "known") -> Report:

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.analysis.scattered import scattered
 from arael.runtime.assembly.structure import Structure
 from arael.runtime.linear.compiled import LinearSolver
 from arael.runtime.problem import Problem
@@ -221,7 +222,7 @@ def _growth(problem: Problem, solver: LinearSolver, damping: float) -> int | Non
     moves = np.ones(problem.size)
     moves[problem.structure.system.held] = 0
     unit = np.sqrt(np.maximum(diagonal, 0)) * moves
-    z = np.random.default_rng(1).standard_normal(problem.size)
+    z = 2 * scattered(problem.size)
     moved = np.asarray(solver.solved(z * unit), dtype=np.float64) * unit
     if not np.isfinite(moved).all():
         return int(np.argmin(np.isfinite(moved)))

@@ -170,7 +170,8 @@ def solve(
                 log("solve", "info", f"{layout.name}: {note}")
             if outcome.status in ENDING:
                 break
-        take_notes(session, problem, linear, outcome, results)
+        if outcome.status != "aborted":  # a function that was interrupted is not called again
+            take_notes(session, problem, linear, outcome, results)
     return joined(results, layout.name)
 
 
@@ -332,6 +333,7 @@ def take_notes(
         session.determined &= (
             structural is not None
             and structural[1] == ()
+            and len(extent) == len(structural[2])  # residuals may be added at run time
             and all(now >= then for now, then in zip(extent, structural[2], strict=True))
         )
         found = structural_notes(problem, linear, damping, session.determined)

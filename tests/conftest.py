@@ -1,7 +1,7 @@
 """Options and profiles of the whole test suite.
 
 Each helper that needs hooks of pytest is a plugin module of its own: `tests.isolation` keeps the
-tests away from the user's files, `tests.no_skips` forbids skips.
+tests away from the user's files, `tests.no_skips` forbids skips, `tests.sweeps` shortens sweeps.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-pytest_plugins = ["pytester", "tests.isolation", "tests.no_skips"]
+pytest_plugins = ["pytester", "tests.isolation", "tests.no_skips", "tests.sweeps"]
 
 settings.register_profile(
     "arael",
@@ -24,6 +24,7 @@ settings.register_profile(
 settings.register_profile(
     "drawn", settings.get_profile("arael"), derandomize=False, print_blob=True
 )
+settings.register_profile("quick", settings.get_profile("arael"), max_examples=30)
 settings.load_profile("arael")
 
 DEFAULT_SEED = 0
@@ -66,6 +67,8 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
+    if config.option.markexpr == "not slow" and config.option.hypothesis_profile is None:
+        config.option.hypothesis_profile = "quick"
     # xdist hands the options, after this hook, to its workers: all draw from the same seed.
     seed = config.getoption("--fuzz-seed")
     if seed != DEFAULT_SEED and config.option.hypothesis_profile is None:

@@ -50,6 +50,10 @@ def pytest_configure(config: pytest.Config) -> None:
     else:
         folder = cache.mkdir("arael")
     os.environ.update(private_environment(folder))
+    if config.option.markexpr == "not slow":
+        # Half of what the C compiler takes. Together with the slow tests, kernels are optimised as
+        # for users.
+        os.environ.setdefault("CFLAGS", "-O0")
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         # A shell starts commands in the background so, and tests interrupt child processes.
         signal.signal(signal.SIGINT, signal.default_int_handler)

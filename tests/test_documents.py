@@ -66,8 +66,8 @@ def test_python_with_optional_parts(
         assert block["printed"] is None or out.getvalue() == block["printed"]
 
 
-LONG = {"from_rust.md"}
-"""Pages whose code takes longest: some thirty models are compiled."""
+LONG = {"cookbook.md", "from_rust.md", "robust.md"}
+"""Pages whose code takes longest: ten to thirty models are compiled."""
 
 
 def marked(page: Path) -> object:
@@ -118,6 +118,7 @@ def models() -> list[object]:
     return found
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("text", models())
 def test_models_in_documents_compile(text: str) -> None:
     findings = Findings()

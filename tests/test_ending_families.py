@@ -143,6 +143,7 @@ def curve(rng: Any, exact: bool = False) -> tuple[Any, Any, Any]:
     return x, y + (0 if exact else 0.05) * rng.normal(size=12), true
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("exact", [False, True], ids=["overdetermined", "exact"])
 @pytest.mark.parametrize("unit", ["residuals", "parameters"])
@@ -283,6 +284,7 @@ LOSSES: dict[str, Callable[[Any], Any]] = {
 }
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("loss", LOSSES)
 def test_losses_on_scalars(load: Load, loss: str, precision: str) -> None:
@@ -305,6 +307,7 @@ def test_losses_on_scalars(load: Load, loss: str, precision: str) -> None:
     assert converged >= 2 * DRAWS - 2
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("loss", LOSSES)
 def test_losses_on_several_residuals(load: Load, loss: str, precision: str) -> None:

@@ -114,6 +114,7 @@ def test_roots_of_a_square_converge(load: Load, precision: str) -> None:
         )
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
 def test_linear_problems_converge_in_a_few_steps(load: Load, precision: str, scale: float) -> None:

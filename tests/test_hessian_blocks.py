@@ -171,6 +171,7 @@ def test_triplets_hold_the_pairs_that_go_there(tmp_path: Path) -> None:
     np.testing.assert_allclose(model.hessian_block("hbt").toarray(), expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_single_precision(tmp_path: Path) -> None:
     single, double = model_of(tmp_path, single=True), model_of(tmp_path)
     assert single.poses.hb_pose.dtype == np.float64

@@ -154,6 +154,15 @@ def test_what_the_last_pass_froze(load: Load) -> None:
     assert model.solve(passes=[], freeze="ps.x").notes == ()
 
 
+def test_residuals_that_are_added_after_a_solve(load: Load) -> None:
+    model = load("root R { param a: real = 1; param b: real = 2; constraint c { a + b - 1 } }")()
+    assert topics(model.solve()) == ["underdetermined", "free"]
+    model.residuals.add("a - b", label="hold")
+    assert model.solve().notes == ()
+    model.residuals.remove("hold")
+    assert topics(model.solve()) == ["underdetermined", "free"]
+
+
 def test_a_bounded_cost_of_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The rank of a structure is decided once."""
     asked = []

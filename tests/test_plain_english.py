@@ -50,11 +50,18 @@ def sources() -> list[Path]:
     return sorted(p for p in found if p.name != Path(__file__).name and "build" not in p.parts)
 
 
+SPACES = r"\s+(?:#:?\s+|\*\s+)?"
+ANY = re.compile("|".join(BANNED).lower().replace(" ", SPACES))
+"""What lower-case text with a banned phrase has somewhere: searched five times as fast."""
+
+
 def phrases(text: str) -> list[str]:
     """Banned phrases of `text`, each with its line; comment signs and line breaks are skipped."""
-    found = []
+    found: list[str] = []
+    if not ANY.search(text.lower()):
+        return found
     for pattern, better in BANNED.items():
-        spaced = pattern.replace(" ", r"\s+(?:#:?\s+|\*\s+)?")
+        spaced = pattern.replace(" ", SPACES)
         for match in re.finditer(rf"(?<![\w-])(?:{spaced})(?![\w-])", text, re.IGNORECASE):
             line = text.count("\n", 0, match.start()) + 1
             found.append(f"{line}: {' '.join(match[0].split())!r}, better: {better}")

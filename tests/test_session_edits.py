@@ -257,6 +257,7 @@ def agree(edited: Edited, what: str) -> None:
         assert len(edited.model.serialize()) == len(warm.x), what
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     ("points", "seed", "solver"),
     [
@@ -286,6 +287,7 @@ def test_a_session_after_random_edits_solves_as_a_fresh_one(
         agree(edited, ", ".join(done[-6:]))
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("name", sorted(EDITS))
 def test_after_each_edit_twice_a_session_solves_as_a_fresh_one(net: type, name: str) -> None:
     edited = Edited(net, 25, 7)
@@ -446,6 +448,7 @@ def test_an_edit_places_only_what_is_new(net: type, monkeypatch: pytest.MonkeyPa
         placed.clear()
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("grain", [None, 300.0])
 def test_random_edits_of_a_larger_problem_solve_as_fresh(
     net: type, monkeypatch: pytest.MonkeyPatch, grain: float | None
@@ -493,6 +496,7 @@ root Led {
 """
 
 
+@pytest.mark.slow
 def test_edits_of_instances_in_the_order_of_their_leads(tmp_path: Path) -> None:
     """Leads stand before and behind what they are coupled with, now more of these, now of those."""
     path = tmp_path / "led.arael"

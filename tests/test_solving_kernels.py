@@ -71,6 +71,7 @@ def filled(model):
     return net
 
 
+@pytest.mark.sweep(2)
 def test_same_linearisation(both):
     precision, models = both
     tolerance = (

@@ -138,6 +138,7 @@ def test_retract_moves_the_base_point_alone(scene: arael.Model) -> None:
     assert scene.cost() == pytest.approx(problem.cost(), rel=1e-15)
 
 
+@pytest.mark.slow
 def test_minimisers_of_scipy_reach_the_cost_of_solve(scene: arael.Model) -> None:
     problem = scene.problem()
     start = np.zeros(problem.size)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Block
@@ -74,6 +73,9 @@ class HessianBlocks:
 
         Each pair occurs once, in the upper triangle, with the rows and columns of `hessian()`.
         """
+        # imported here: start-up time
+        from scipy.sparse import coo_array
+
         problem = self.problem
         structure = problem.structure
         pairs: dict[tuple[int, int], set[tuple[int, int]]] = {}

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -222,7 +221,8 @@ class Jacobian:
 
 def jacobian(problem: Problem) -> Jacobian:
     """The Jacobian at the accepted state; rows by constraint, instance, residual."""
-    # Deferred: most solves never build one, and importing scipy.sparse takes a tenth of a second.
+    # imported here: start-up time
+    from scipy.sparse import coo_array
 
     free = problem.free
     plan = problem.structure.plan

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 
 from arael.analysis.bounds import standing_on_bounds
 from arael.analysis.jacobian import jacobian
@@ -120,6 +119,9 @@ class NormalEquations:
     @cached_property
     def matrix(self) -> Any:
         """Scaled J'J over the free scalars, scipy sparse, CSR, both triangles."""
+        # imported here: start-up time
+        from scipy.sparse import coo_array
+
         row, column, values = self._row, self._column, self._values
         below = (row > column) & (values != 0)
         size = self.problem.size

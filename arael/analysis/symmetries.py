@@ -28,6 +28,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.analysis.scattered import scattered
 from arael.geometry import quat_to_matrix, rotation_matrix
 from arael.geometry.charts import euler_rates, tangent_basis
 from arael.runtime.layout import ParamUse
@@ -269,10 +270,9 @@ def _null_space(problem: Problem, columns: list[_Column], count: int) -> tuple[F
         at = column.scalars
         moves[at[column.free & (at >= 0)]] = True
     diagonal = np.where(moves & (diagonal > 0), diagonal, 0.0)
-    random = np.random.default_rng(0)
     reach = _reach(columns, start, diagonal)
     # At a state as any other: at zero, turns and scale move nothing.
-    usual = _moved(problem, reach * random.uniform(-1, 1, problem.size))
+    usual = _moved(problem, reach * scattered(problem.size))
     size, gram = _norms(columns, usual, diagonal, count)
     acts = size > 0
     # What is fixed stays: only combinations that do not move it.
@@ -292,7 +292,7 @@ def _null_space(problem: Problem, columns: list[_Column], count: int) -> tuple[F
                 return np.zeros((count, 0)), size
             for number, values in enumerate(start):
                 evaluation.start_at(number, values)
-            evaluation.moved_by(reach * random.uniform(-1, 1, problem.size))
+            evaluation.moved_by(reach * scattered(problem.size, 1 + turn))
             gradient = np.where(moves, np.asarray(evaluation.linearised()[1], dtype=float), 0.0)
             if not np.isfinite(gradient).all():
                 return np.zeros((count, 0)), size

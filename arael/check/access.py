@@ -38,14 +38,14 @@ VECTOR_PARTS = {"x": 0, "y": 1, "z": 2}
 
 def name(t: Typist, node: tree.Name) -> Binding:
     """A bare name."""
-    found = t.scope.candidates(node.id)
-    if len(found) > 1:
-        first = found[0].entity
-        agree = first is not None and all(c.entity and c.entity.same(first) for c in found)
+    candidates = t.scope.candidates(node.id)
+    if len(candidates) > 1:
+        first = candidates[0].entity
+        agree = first is not None and all(c.entity and c.entity.same(first) for c in candidates)
         if not agree:
-            return _ambiguous(t, node, found)
-    if found:
-        return found[0].bind(node.span)
+            return _ambiguous(t, node, candidates)
+    if candidates:
+        return candidates[0].bind(node.span)
     if node.id in CONSTANTS:
         return t.make(Literal_(type=REAL, span=node.span, value=CONSTANTS[node.id].number))
     if node.id in IDENTITIES:
@@ -53,20 +53,22 @@ def name(t: Typist, node: tree.Name) -> Binding:
     return _unknown(t, node)
 
 
-def _ambiguous(t: Typist, node: tree.Name, found: Sequence[Candidate]) -> Broken:
+def _ambiguous(t: Typist, node: tree.Name, candidates: Sequence[Candidate]) -> Broken:
     """Report an ambiguous name, once for each set of colliding declarations."""
     message = f"`{node.id}` means two things here"
-    labels = [Label(c.span, c.what) for c in found if c.span is not None]
+    labels = [Label(c.span, c.what) for c in candidates if c.span is not None]
     if t.report.reported("E0202", message, labels):
         return BROKEN
-    names = [re.sub(r"^a ", "the ", c.what) for c in found]
-    longer = [f"`{c.longer}` for {what}" for c, what in zip(found, names, strict=True) if c.longer]
+    names = [re.sub(r"^a ", "the ", c.what) for c in candidates]
+    longer = [
+        f"`{c.longer}` for {what}" for c, what in zip(candidates, names, strict=True) if c.longer
+    ]
     first = re.sub(r" of.*", "", names[0])
     return t.fail(
         "E0202",
         node.span,
         message,
-        label=" or ".join(c.what for c in found),
+        label=" or ".join(c.what for c in candidates),
         labels=labels,
         help=[f"write {' or '.join(longer)}, or rename {first}" if longer else f"rename {first}"],
     )
@@ -285,10 +287,10 @@ def _component(t: Typist, node: tree.Expr, value: Typed, at: int) -> Binding:
 
 def index(t: Typist, node: tree.Index) -> Binding:
     """``a[i]`` of a vector, ``M[i, j]`` of a matrix, counted from 0; ``a:b`` for a part of it."""
-    found = t.visit(node.obj)
-    if isinstance(found, RefList):
-        return _element(t, node, found)
-    value = t.as_number(found, node.obj.span)
+    owner = t.visit(node.obj)
+    if isinstance(owner, RefList):
+        return _element(t, node, owner)
+    value = t.as_number(owner, node.obj.span)
     if isinstance(value, Broken):
         return BROKEN
     type_ = value.type
@@ -360,12 +362,12 @@ def _part(t: Typist, node: tree.Index, value: Typed, sizes: Sequence[int]) -> Bi
     places = list(taken[0])
     if len(taken) == 2:
         places = [i * sizes[1] + j for i in taken[0] for j in taken[1]]
-    kept = [
+    selected = [
         len(part)
         for part, expr in zip(taken, node.indices, strict=True)
         if isinstance(expr, tree.Slice)
     ]
-    type_ = MatrixType(*kept) if len(kept) == 2 else VectorType(*kept)
+    type_ = MatrixType(*selected) if len(selected) == 2 else VectorType(*selected)
     items = [Component(type=REAL, span=node.span, of=value, index=at) for at in places]
     for item in items:
         t.units.note(item)

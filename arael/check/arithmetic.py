@@ -59,40 +59,40 @@ def evaluate(expression: Typed, data: Callable[[Typed], Values | None] = lambda 
     """
     known: dict[Typed, Values] = {}
     for node in postorder([expression]):
-        given = data(node)
-        known[node] = _value(node, known) if given is None else given
+        column = data(node)
+        known[node] = _value(node, known) if column is None else column
     values = known[expression]
     if not all(map(math.isfinite, values)):
         raise NotConstant(expression, f"has no finite value{_domain(expression, known)}")
     return values
 
 
-def _domain(expression: Typed, known: dict[Typed, Values]) -> str:
+def _domain(expression: Typed, values: dict[Typed, Values]) -> str:
     """The domain of the first operation whose operands are outside of it."""
     for node in postorder([expression]):
-        if isinstance(node, Apply) and all(len(known[a]) == 1 for a in node.args):
-            text = outside_domain(node.name, *(known[a][0] for a in node.args))
+        if isinstance(node, Apply) and all(len(values[a]) == 1 for a in node.args):
+            text = outside_domain(node.name, *(values[a][0] for a in node.args))
             if text:
                 return f": {text}"
     return ""
 
 
-def _value(node: Typed, known: dict[Typed, Values]) -> Values:
+def _value(node: Typed, values: dict[Typed, Values]) -> Values:
     if isinstance(node, Literal_):
         return (node.value,)
     if isinstance(node, Pack):
-        return tuple(x for item in node.items for x in known[item])
+        return tuple(x for item in node.items for x in values[item])
     if isinstance(node, Component):
-        return (known[node.of][node.index],)
+        return (values[node.of][node.index],)
     if isinstance(node, Select):
-        taken = node.then if known[node.cond][0] != 0 else node.otherwise
-        return known[taken]
+        taken = node.then if values[node.cond][0] != 0 else node.otherwise
+        return values[taken]
     if isinstance(node, Apply):
-        return _applied(node, [known[a] for a in node.args])
+        return _applied(node, [values[a] for a in node.args])
     if isinstance(node, Invoke):
         if node.value is None:
             raise NotConstant(node, "calls native code")
-        return known[node.value]
+        return values[node.value]
     raise NotConstant(node, "depends on the data")
 
 
@@ -106,9 +106,9 @@ def _applied(node: Apply, args: Sequence[Values]) -> Values:
         name = "e" + name
     if name not in BUILD or max(map(len, args)) != size:
         types = [a.type for a in node.args]
-        found = rotation_value(name, types, args) or vector_value(name, types, args)
-        if found is not None:
-            return found
+        result = rotation_value(name, types, args) or vector_value(name, types, args)
+        if result is not None:
+            return result
         raise NotConstant(node, f"uses `{node.name}`, which constants do not have")
     spread = [a if len(a) == size else a * size for a in args]
     return tuple(_scalar(BUILD[name], x) for x in zip(*spread, strict=True))

@@ -119,19 +119,19 @@ def _skip(struct: StructDecl, report: Reporter) -> None:
     for member in struct.node.members:
         if not isinstance(member, tree.SkipSelfBlock):
             continue
-        own = [
+        declared = [
             f
             for f in struct.fields.values()
             if isinstance(f.node.type, tree.BlockType)
             and [e.id for e in f.node.type.entities] == [struct.name]
         ]
-        if own:
+        if declared:
             report.error(
                 "E0433",
                 member.span,
                 f"{struct.name} skips its self block and names it",
                 label="skipped here",
-                labels=[Label(own[0].span, "named here")],
+                labels=[Label(declared[0].span, "named here")],
                 help=["remove one of the two"],
             )
         elif not struct.has_params:
@@ -146,11 +146,11 @@ def _skip(struct: StructDecl, report: Reporter) -> None:
 
 def named_blocks(place: Place, paths: Paths, report: Reporter) -> dict[str, NamedBlock]:
     """The blocks that the struct at a place names, without those in error."""
-    found: dict[str, NamedBlock] = {}
+    blocks: dict[str, NamedBlock] = {}
     taken: dict[frozenset[tuple[object, str]], FieldDecl] = {}
     for field in place.struct.fields.values():
         if field.kind == "triplets":
-            found[field.name] = NamedBlock(field, "triplets", ())
+            blocks[field.name] = NamedBlock(field, "triplets", ())
             continue
         if not isinstance(field.node.type, tree.BlockType):
             continue
@@ -169,8 +169,8 @@ def named_blocks(place: Place, paths: Paths, report: Reporter) -> dict[str, Name
             )
             continue
         taken[key] = field
-        found[field.name] = block
-    return found
+        blocks[field.name] = block
+    return blocks
 
 
 def _block(
@@ -225,8 +225,12 @@ def _ways(place: Place, name: str, paths: Paths) -> list[tuple[str, Entity]]:
     home = Entity((), place)
     field = place.struct.field_at(name)
     fields: list[FieldDecl] = []
-    for one in place.struct.fields.values():
-        fields += one.elements if one.kind == "refs" else [one] * (one.kind in ("ref", "struct"))
+    for member in place.struct.fields.values():
+        fields += (
+            member.elements
+            if member.kind == "refs"
+            else [member] * (member.kind in ("ref", "struct"))
+        )
     around: list[tuple[str, Entity]] = []
     if field is not None and field in fields:
         fields = [field]
@@ -241,15 +245,15 @@ def _ways(place: Place, name: str, paths: Paths) -> list[tuple[str, Entity]]:
             around.append(("the root", root))
         around = [(w, e) for w, e in around if e.place.struct.name == name]
         fields = [f for f in fields if f.struct == name]
-    found = []
-    for one in fields:
-        if one.kind == "struct":
-            found.append((f"`{one.name}`", Entity((), place.values[one.name])))
+    ways = []
+    for member in fields:
+        if member.kind == "struct":
+            ways.append((f"`{member.name}`", Entity((), place.values[member.name])))
             continue
-        target = paths.follow(home, one)
+        target = paths.follow(home, member)
         if not isinstance(target, Broken):
-            found.append((f"`{one.shown}`", target))
-    return [*around, *found]
+            ways.append((f"`{member.shown}`", target))
+    return [*around, *ways]
 
 
 def _foreign(place: Place, field: FieldDecl, type_: tree.BlockType, report: Reporter) -> None:
@@ -291,14 +295,14 @@ def _unclear(
         )
         return
     refs = [f.name for f in place.struct.fields.values() if f.kind == "ref"]
-    known = f"its refs are `{'`, `'.join(refs)}`" if refs else "it has no refs"
+    refs_text = f"its refs are `{'`, `'.join(refs)}`" if refs else "it has no refs"
     report.error(
         "E0430",
         ident.span,
         f"{place.struct.name} does not reach a {ident.id}",
         label="not coupled here",
         notes=[f"a block of {place.struct.name} couples itself, structs it holds by value, what "
-               f"contains it, the root, and the targets of its refs; {known}"],
+               f"contains it, the root, and the targets of its refs; {refs_text}"],
         help=[f"declare the block where the constraint is that couples the two, or add "
               f"`x: ref {ident.id} in ...`"],
     )  # fmt: skip

@@ -58,19 +58,19 @@ class Bodies:
     def fit(self, root: Place, node: tree.Fit, name: str) -> ConstraintSite | None:
         """A `fit` of the root: a constraint on each element of a collection."""
         start = Entity((), root)
-        found = self.paths.walk(start, node.collection, own=True, through=True)
-        if isinstance(found, Broken):
+        target = self.paths.walk(start, node.collection, own=True, through=True)
+        if isinstance(target, Broken):
             return None
-        if not isinstance(found, Collection):
+        if not isinstance(target, Collection):
             self.report.error(
                 "E0608",
                 node.collection.span,
                 f"`{node.collection}` is not a collection",
-                label=f"this is {describe(found)}",
+                label=f"this is {describe(target)}",
                 help=["`fit` runs over the elements of a `list of`, `deque of` or `arena of`"],
             )
             return None
-        home = Entity((), found.site.place)
+        home = Entity((), target.site.place)
         own = self.paths.root(home)
         lets: dict[str, tuple[Binding, Span]] = {node.element.id: (home, node.element.span)}
         return self._site(home, own, f"{root.struct.name}.{name}", name, node, lets)
@@ -78,7 +78,7 @@ class Bodies:
     def _site(
         self,
         home: Entity,
-        own: Entity,
+        entity: Entity,
         label: str,
         name: str,
         node: tree.Constraint | tree.Fit | tree.Prior,
@@ -88,7 +88,7 @@ class Bodies:
         if self.full:
             return None
         before = len(self.report.findings.errors)
-        t = self._typist(home, own, lets)
+        t = self._typist(home, entity, lets)
         sigma: Typed | None = None
         with t.knowing(self._facts(home)):
             guard = self._guard(t, home, node.guard)
@@ -125,7 +125,7 @@ class Bodies:
         place = home.place
         return ConstraintSite(
             label=label,
-            struct=own.place.struct.name,
+            struct=entity.place.struct.name,
             name=name,
             table=place.table.path,
             prefix=place.prefix,

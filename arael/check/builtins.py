@@ -199,14 +199,14 @@ def _one(
     return Signature(1, 1, takes, result, method=True)
 
 
-def _scalar_function(one: Operation) -> Signature:
-    if one.arity == 1:
+def _scalar_function(operation: Operation) -> Signature:
+    if operation.arity == 1:
         return Signature(1, 1, "a scalar or a vector", _elementwise)
-    if one.units == "starship":
-        return Signature(2, 2, one.takes, _starship)
-    if one.several:
+    if operation.units == "starship":
+        return Signature(2, 2, operation.takes, _starship)
+    if operation.several:
         return Signature(2, None, "scalars", _scalars)
-    return Signature(one.arity, one.arity, one.takes or "two scalars", _scalars)
+    return Signature(operation.arity, operation.arity, operation.takes or "two scalars", _scalars)
 
 
 FUNCTIONS: dict[str, Signature] = {

@@ -71,25 +71,25 @@ def _unknown(t: Typist, node: tree.Call, func: tree.Name) -> Broken:
 
 def _arguments(t: Typist, nodes: tuple[tree.Expr, ...]) -> list[Typed] | None:
     """Values of arguments; None if one of them is in error."""
-    found: list[Typed] = []
+    typed: list[Typed] = []
     broken = False
     for node in nodes:
         value = t.number(node)
         if isinstance(value, Broken):
             broken = True
         else:
-            found.append(value)
-    return None if broken else found
+            typed.append(value)
+    return None if broken else typed
 
 
 def _arity(
-    t: Typist, node: tree.Call, at: Span, name: str, takes: str, given: int, *labels: Label
+    t: Typist, node: tree.Call, at: Span, name: str, takes: str, count: int, *labels: Label
 ) -> Broken:
     noun = "argument" if takes == "1" else "arguments"
     return t.fail(
         "E0303",
         node.span,
-        f"`{name}` takes {takes} {noun}, found {given}",
+        f"`{name}` takes {takes} {noun}, found {count}",
         label="in this call",
         labels=labels,
     )
@@ -100,12 +100,12 @@ def _builtin(
 ) -> Binding:
     signature: Signature = FUNCTIONS[name]
     if len(args) < signature.least or (signature.most is not None and len(args) > signature.most):
-        given = len(args) - method
+        count = len(args) - method
         takes = signature.arity if not method else (str(signature.least - 1).replace("0", "no"))
-        return _arity(t, node, at, name, takes, given)
+        return _arity(t, node, at, name, takes, count)
     result = signature.result([a.type for a in args])
     if result is None:
-        found = ", ".join(str(a.type) for a in args)
+        types_text = ", ".join(str(a.type) for a in args)
         labels = [Label(a.span, f"this is {a.type}") for a in args]
         labels += [label for a in args for label in t.origin(a)]
         help_: list[str] = []
@@ -114,7 +114,7 @@ def _builtin(
         return t.fail(
             "E0302",
             node.span,
-            f"`{name}` takes {signature.takes}, found {found}",
+            f"`{name}` takes {signature.takes}, found {types_text}",
             labels=labels,
             help=help_,
         )

@@ -77,15 +77,15 @@ class Components:
 
     def of(self, place: Place) -> tuple[ComponentSite, ...]:
         """The components of the struct at `place`, nested ones first."""
-        found: list[ComponentSite] = []
+        sites: list[ComponentSite] = []
         for field in place.struct.fields.values():
             if field.component:
                 inner = place.values[field.name]
-                found += self.of(inner)
-                found.append(self._site(inner))
+                sites += self.of(inner)
+                sites.append(self._site(inner))
         if place.struct.formulas and not place.struct.component:
-            found.append(self._ties(place))
-        return tuple(found)
+            sites.append(self._ties(place))
+        return tuple(sites)
 
     def _ties(self, place: Place) -> ComponentSite:
         """The parameters of a struct that are derived from others, as a component that never moves.
@@ -95,16 +95,16 @@ class Components:
         """
         home = Entity((), place)
         t = self._typist(home)
-        found: list[Definition] = []
+        definitions: list[Definition] = []
         with t.knowing(frozenset[Fact](((), o) for o in place.optionals)):
             for name, node in place.struct.formulas.items():
                 bind_formula(t, home, name, node.value.span)
                 value = definition(t, home, name, node.value.span)
                 if isinstance(value, Typed) and _is_tie(t, node, value):
                     check_refreshed(t, value)
-                    found.append(Definition(place.prefix + name, value))
+                    definitions.append(Definition(place.prefix + name, value))
         span = place.struct.node.name.span
-        return ComponentSite(place.struct.name, span, (), (), tuple(found), ())
+        return ComponentSite(place.struct.name, span, (), (), tuple(definitions), ())
 
     def _site(self, place: Place) -> ComponentSite:
         """Type everything, so that mistakes in unused formulas are reported too."""

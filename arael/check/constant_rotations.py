@@ -63,5 +63,5 @@ def rotation_value(name: str, types: Sequence[ValueType], args: Sequence[Values]
     g = Graph()
     nodes = [[g.const(x) for x in values] for values in args]
     # Operations on constants are constants.
-    found = [g.value(node) for node in operation(g, types, nodes)]
-    return tuple(math.nan if value is None else value for value in found)
+    numbers = [g.value(node) for node in operation(g, types, nodes)]
+    return tuple(math.nan if value is None else value for value in numbers)

@@ -43,10 +43,10 @@ def vector_value(name: str, types: Sequence[ValueType], args: Sequence[Values]) 
         return None
     try:
         with np.errstate(all="ignore"):
-            found = np.ravel(operation(*arrays))
+            numbers = np.ravel(operation(*arrays))
     except np.linalg.LinAlgError:  # a singular matrix has no inverse
         return (float("nan"),)
-    return tuple(float(x) for x in found)
+    return tuple(float(x) for x in numbers)
 
 
 def _array(type_: ValueType, values: Values) -> Array | None:

@@ -54,8 +54,8 @@ class Constants:
             self.open.append(name)
             self.done[name] = self._work_out(self.declarations.consts[name].value)
             self.open.pop()
-        found = self.done[name]
-        return replace(found, span=use) if isinstance(found, Literal_) else found
+        value = self.done[name]
+        return replace(value, span=use) if isinstance(value, Literal_) else value
 
     def evaluate(self, node: tree.Expr) -> Constant | None:
         """The value of a constant expression; None after an error."""
@@ -109,7 +109,7 @@ def _with_units(typed: Typed, unit: Quantity) -> Typed:
     except NotConstant:
         return typed
     items = tuple(
-        Literal_(type=REAL, span=typed.span, value=value, unit=one)
-        for value, one in zip(values, spread(unit, len(values)), strict=True)
+        Literal_(type=REAL, span=typed.span, value=value, unit=part_unit)
+        for value, part_unit in zip(values, spread(unit, len(values)), strict=True)
     )
     return Pack(type=typed.type, span=typed.span, items=items)

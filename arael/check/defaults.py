@@ -84,8 +84,8 @@ def constant_for(
     field: FieldDecl, node: tree.Expr, constants: Constants, report: Reporter
 ) -> tuple[float, ...] | None:
     """Flat values of a constant for the column `field`; None after an error."""
-    found = constants.evaluate(node)
-    if found is None:
+    constant = constants.evaluate(node)
+    if constant is None:
         return None
     size = 1
     for n in field.shape:
@@ -94,42 +94,42 @@ def constant_for(
     scalar = field.shape == ()
     rows = f"[{', '.join(['0'] * field.shape[-1])}]" if field.shape else ""
     table = f"[{', '.join([rows] * field.shape[0])}]" if len(field.shape) == 2 else rows
-    shaped = isinstance(found.type, MatrixType)
-    misshapen = shaped and (found.type != field.type or field.param is not None)
-    if len(found.values) != size or scalar != isinstance(found.type, ScalarType) or misshapen:
+    shaped = isinstance(constant.type, MatrixType)
+    misshapen = shaped and (constant.type != field.type or field.param is not None)
+    if len(constant.values) != size or scalar != isinstance(constant.type, ScalarType) or misshapen:
         example = "a single number" if scalar else f"a list of {size} numbers"
         if len(field.shape) == 2:
             example = f"{field.shape[0]} rows of {field.shape[1]} numbers"
         report.error(
             "E0310",
             node.span,
-            f"expected {example} for `{field.text}`, found {found.type}",
+            f"expected {example} for `{field.text}`, found {constant.type}",
             label="does not fit",
             labels=[label],
             help=[f"write `{table}`"] if not scalar and size <= 9 else [],
         )
         return None
-    if (field.type == BOOL) != (found.type == BOOL):
+    if (field.type == BOOL) != (constant.type == BOOL):
         report.error(
             "E0310",
             node.span,
-            f"expected {field.type}, found {found.type}",
+            f"expected {field.type}, found {constant.type}",
             label="does not fit",
             labels=[label],
         )
         return None
     if field.type == INT and not (
-        float(found.values[0]).is_integer() and abs(found.values[0]) <= INT_LIMIT
+        float(constant.values[0]).is_integer() and abs(constant.values[0]) <= INT_LIMIT
     ):
         report.error(
             "E0310",
             node.span,
             "expected a whole number",
-            label=f"this is {found.values[0]:.17g}",
+            label=f"this is {constant.values[0]:.17g}",
             labels=[label],
         )
         return None
-    return found.values if check_constant(field, node, found.unit, report) else None
+    return constant.values if check_constant(field, node, constant.unit, report) else None
 
 
 def bounds_of(
@@ -193,17 +193,17 @@ def _bound(
 ) -> tuple[float | None, ...] | None:
     if node is None:
         return (None,) * param.tangent
-    found = constants.evaluate(node)
-    if found is None or not check_constant(field, node, found.unit, constants.report):
+    constant = constants.evaluate(node)
+    if constant is None or not check_constant(field, node, constant.unit, constants.report):
         return None
-    if isinstance(found.type, ScalarType) and found.type != BOOL:
-        return found.values * param.tangent
-    if isinstance(found.type, VectorType) and size_of(found.type) == param.tangent:
-        return found.values
+    if isinstance(constant.type, ScalarType) and constant.type != BOOL:
+        return constant.values * param.tangent
+    if isinstance(constant.type, VectorType) and size_of(constant.type) == param.tangent:
+        return constant.values
     report.error(
         "E0408",
         node.span,
-        f"expected a number, or one for each of {param.tangent}, found {found.type}",
+        f"expected a number, or one for each of {param.tangent}, found {constant.type}",
         label="does not fit",
         labels=[Label(field.span, f"`{field.name}` is declared `{field.text}` here")],
     )

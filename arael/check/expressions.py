@@ -148,28 +148,28 @@ def _logic(t: Typist, node: tree.Binary) -> Binding:
 
 def condition(t: Typist, node: tree.Expr) -> Typed | Broken:
     """A boolean: a comparison, a flag, or the presence test of an optional."""
-    found = t.visit(node)
-    asked = t.presence_of(found, node.span)
+    binding = t.visit(node)
+    asked = t.presence_of(binding, node.span)
     if asked is not None:
         return asked
-    if isinstance(found, OptionalValue):
-        path = found.entity.place.column(found.field)
-        test = presence(t, found.entity, (*found.entity.place.optionals, path), node.span)
+    if isinstance(binding, OptionalValue):
+        path = binding.entity.place.column(binding.field)
+        test = presence(t, binding.entity, (*binding.entity.place.optionals, path), node.span)
         return test if isinstance(test, Typed) else BROKEN
-    if isinstance(found, Entity):
-        place = found.place
+    if isinstance(binding, Entity):
+        place = binding.place
         optional = place.prefix and place.optionals and place.optionals[-1] + "." == place.prefix
-        if optional or found.needs:
-            test = presence(t, found, place.optionals, node.span)
+        if optional or binding.needs:
+            test = presence(t, binding, place.optionals, node.span)
             return test if isinstance(test, Typed) else BROKEN
         return t.fail(
             "E0502",
             node.span,
             f"`{node.span.text}` is always present",
-            label=f"this is {describe(found)}, not an optional",
+            label=f"this is {describe(binding)}, not an optional",
             help=["only a field declared with `?` can be absent"],
         )
-    value = t.as_value(found, node.span)
+    value = t.as_value(binding, node.span)
     if isinstance(value, Typed) and value.type != BOOL:
         return t.fail(
             "E0307",
@@ -263,11 +263,11 @@ def _list(t: Typist, node: tree.ListExpr) -> Binding:
 
 def _matrix(t: Typist, node: tree.ListExpr) -> Binding:
     rows = [t.number(part) for part in node.items]
-    found = [row for row in rows if isinstance(row, Typed)]
-    if len(found) < len(rows):
+    typed_rows = [row for row in rows if isinstance(row, Typed)]
+    if len(typed_rows) < len(rows):
         return BROKEN
-    sizes = [size_of(row.type) for row in found]
-    odd = next((row for row in found if not isinstance(row.type, VectorType)), None)
+    sizes = [size_of(row.type) for row in typed_rows]
+    odd = next((row for row in typed_rows if not isinstance(row.type, VectorType)), None)
     if odd is not None:
         return t.fail(
             "E0312",
@@ -275,18 +275,18 @@ def _matrix(t: Typist, node: tree.ListExpr) -> Binding:
             "a row of a matrix is a list of scalars and vectors",
             label=f"this is {odd.type}",
         )
-    for row, size in zip(found, sizes, strict=True):
+    for row, size in zip(typed_rows, sizes, strict=True):
         if size != sizes[0]:
             return t.fail(
                 "E0312",
                 row.span,
                 "the rows of a matrix have one length",
                 label=f"{size} element{'s' * (size != 1)}",
-                labels=[Label(found[0].span, f"{sizes[0]} element{'s' * (sizes[0] != 1)}")],
+                labels=[Label(typed_rows[0].span, f"{sizes[0]} element{'s' * (sizes[0] != 1)}")],
                 help=["for a vector, write all elements in one list: `[a, b, c]`"],
             )
     type_ = MatrixType(len(rows), sizes[0])
-    return t.make(Pack(type=type_, span=node.span, items=tuple(found)))
+    return t.make(Pack(type=type_, span=node.span, items=tuple(typed_rows)))
 
 
 HANDLERS: Mapping[type, Callable[[Typist, Any], Binding]] = {

@@ -97,10 +97,10 @@ def bind_formula(t: Context, entity: Entity, name: str, span: Span) -> Typed | B
             return value
         written = Formula(type=value.type, span=span, of=value, slot=slot, column=column)
         return t.make(written)
-    kept = Read(type=value.type, span=span, slot=slot, column=column, version="computed")
+    read = Read(type=value.type, span=span, slot=slot, column=column, version="computed")
     if (unit := t.units.of(value)) is not UNKNOWN:
-        t.units.known[kept] = unit
-    return t.make(kept)
+        t.units.known[read] = unit
+    return t.make(read)
 
 
 def definition(t: Context, entity: Entity, name: str, span: Span) -> Typed | Broken:

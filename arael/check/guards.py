@@ -26,34 +26,34 @@ def facts_of(
     condition: Typed, steps: Callable[[int], tuple[Step, ...]]
 ) -> tuple[frozenset[Fact], frozenset[Fact]]:
     """The optionals proved present if `condition` holds, and if it does not."""
-    known: dict[Typed, tuple[frozenset[Fact], frozenset[Fact]]] = {}
+    facts: dict[Typed, tuple[frozenset[Fact], frozenset[Fact]]] = {}
     for node in postorder([condition]):
-        known[node] = (_NONE, _NONE)
+        facts[node] = (_NONE, _NONE)
         if isinstance(node, Present):
-            known[node] = (frozenset({(steps(node.slot), node.column)}), _NONE)
+            facts[node] = (frozenset({(steps(node.slot), node.column)}), _NONE)
         elif isinstance(node, Apply):
-            inner = [known[a] for a in node.args]
+            inner = [facts[a] for a in node.args]
             if node.name == "not":
-                known[node] = (inner[0][1], inner[0][0])
+                facts[node] = (inner[0][1], inner[0][0])
             elif node.name == "and":
                 (a, b) = inner
-                known[node] = (a[0] | b[0], a[1] & b[1])
+                facts[node] = (a[0] | b[0], a[1] & b[1])
             elif node.name == "or":
                 (a, b) = inner
-                known[node] = (a[0] & b[0], a[1] | b[1])
-    return known[condition]
+                facts[node] = (a[0] & b[0], a[1] | b[1])
+    return facts[condition]
 
 
 def conjuncts(guard: Typed | None) -> list[Typed]:
     """The operands of the outermost ``and`` chain of a guard, which must all hold."""
-    waiting, found = [guard] if guard is not None else [], []
+    waiting, parts = [guard] if guard is not None else [], []
     while waiting:
         part = waiting.pop()
         if isinstance(part, Apply) and part.name == "and":
             waiting += reversed(part.args)
         else:
-            found.append(part)
-    return found
+            parts.append(part)
+    return parts
 
 
 def moves(condition: Typed) -> bool:

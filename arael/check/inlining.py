@@ -76,12 +76,12 @@ def _names(
         if not isinstance(node, tree.Name):
             continue
         called = isinstance(before, tree.Call)  # the function is the first part of a call
-        known = callable_ if called else visible
-        if node.id in known or (known is visible and node.id in parameters):
+        names = callable_ if called else visible
+        if node.id in names or (names is visible and node.id in parameters):
             continue
         good = False
         near = nearest(
-            node.id, sorted(known) if known is callable_ else [*parameters, *sorted(known)]
+            node.id, sorted(names) if names is callable_ else [*parameters, *sorted(names)]
         )
         if called:
             report.error(
@@ -129,13 +129,13 @@ def _recursion(declarations: Declarations, report: Reporter) -> None:
 
 
 def _calls(function: tree.Function, declarations: Declarations) -> dict[str, tree.Call]:
-    found: dict[str, tree.Call] = {}
+    calls: dict[str, tree.Call] = {}
     for node in subtrees(function.body) if function.body is not None else ():
         if isinstance(node, tree.Call) and isinstance(node.func, tree.Name):
             name = node.func.id
             if name in declarations.functions:
-                found.setdefault(name, node)
-    return found
+                calls.setdefault(name, node)
+    return calls
 
 
 def _report_cycle(

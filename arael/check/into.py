@@ -90,10 +90,10 @@ class IntoRule:
         holder: Entity | None = home
         if before:
             leading = tree.Path(parts=tuple(before), span=path.span)
-            found = self.paths.walk(home, leading, own=True)
-            holder = found if isinstance(found, Entity) else None
-            if isinstance(found, Collection):
-                name = found.site.place.struct.name
+            target = self.paths.walk(home, leading, own=True)
+            holder = target if isinstance(target, Entity) else None
+            if isinstance(target, Collection):
+                name = target.site.place.struct.name
                 self.report.error(
                     "E0410",
                     path.span,
@@ -226,17 +226,17 @@ class IntoRule:
         last = node.into[-1]
         root = self.sites.root.place.struct
         names = [_in_block(key, entity) for key, entity in (a, b)]
-        given = [str(path) for path in node.into]
+        paths = [str(path) for path in node.into]
         helps = []
         if all(names):
-            shown = ", ".join([*given, "hb_cross"])
+            shown = ", ".join([*paths, "hb_cross"])
             helps.append(
                 f"declare `hb_cross: block ({names[0]}, {names[1]})` in {place.struct.name} and "
                 f"write `into [{shown}]`"
             )
         triplets = next((f.name for f in root.fields.values() if f.kind == "triplets"), "")
         declare = "" if triplets else f"declare `hbt: triplets` in {root.name} and "
-        shown = ", ".join([*given, f"root.{triplets or 'hbt'}"])
+        shown = ", ".join([*paths, f"root.{triplets or 'hbt'}"])
         helps.append(f"{declare}write `into [{shown}]`")
         helps.append("or omit `into`: blocks are inferred without it")
         what = f"{entity_names[a[0]]} and {entity_names[b[0]]}"
@@ -256,11 +256,11 @@ class IntoRule:
         if len(read) != 1:
             return otherwise
         ((steps, _), entity) = next(iter(read.items()))
-        own = [n for n, b in self.blocks[entity].items() if b.kind == "self"]
+        self_blocks = [n for n, b in self.blocks[entity].items() if b.kind == "self"]
         way = ".".join(s.shown for s in steps)
-        if not own:
+        if not self_blocks:
             return f"declare `hb: block {entity.struct.name}` in {entity.struct.name} and name that"
-        return f"write `into {f'{way}.' if way else ''}{own[0]}`"
+        return f"write `into {f'{way}.' if way else ''}{self_blocks[0]}`"
 
     def _entity(self, site: ConstraintSite, read: Read) -> Place:
         """The place whose parameter is read: the innermost one that contains the column."""

@@ -57,12 +57,12 @@ class LossScope:
 
 def loss_of(t: Typist, node: tree.Expr) -> Loss | None:
     """The loss of a constraint; None after an error."""
-    found = _own(t, node) if isinstance(node, tree.Lambda) else _named(t, node)
-    if found is None:
+    loss = _own(t, node) if isinstance(node, tree.Lambda) else _named(t, node)
+    if loss is None:
         return None
-    read = [n for n in postorder([found.value]) if isinstance(n, Read) and n.version == "trial"]
+    read = [n for n in postorder([loss.value]) if isinstance(n, Read) and n.version == "trial"]
     if not read:
-        return found
+        return loss
     t.fail(
         "E0643",
         node.span,
@@ -98,11 +98,11 @@ def _named(t: Typist, node: tree.Expr) -> Loss | None:
         )
         return None
     if len(node.args) != 1:
-        found = len(node.args) or "none"
+        count = len(node.args) or "none"
         t.fail(
             "E0641",
             node.span,
-            f"loss `{name}` takes one scale, found {found}",
+            f"loss `{name}` takes one scale, found {count}",
             label="in this loss",
             help=[f"write `{name}(2.0)`: it limits the influence of residuals above about 2 sigma"],
         )

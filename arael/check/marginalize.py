@@ -15,17 +15,17 @@ def check_marginalize(sites: Sites, paths: Paths, report: Reporter) -> tuple[str
     root = Entity((), sites.root.place)
     for member in sites.root.place.struct.marginalize:
         for path in member.paths:
-            found = paths.walk(root, path, own=True, through=True)
-            if isinstance(found, Entity):
+            target = paths.walk(root, path, own=True, through=True)
+            if isinstance(target, Entity):
                 report.error(
                     "E0411",
                     path.span,
                     f"`{path}` is not a collection",
                     label="marginalize takes collections of entities",
                 )
-            elif isinstance(found, Collection):
-                struct = found.site.place.struct
-                if not any(p.struct.has_params for p in found.site.places()):
+            elif isinstance(target, Collection):
+                struct = target.site.place.struct
+                if not any(p.struct.has_params for p in target.site.places()):
                     report.error(
                         "E0411",
                         path.span,
@@ -34,5 +34,5 @@ def check_marginalize(sites: Sites, paths: Paths, report: Reporter) -> tuple[str
                         labels=[Label(struct.node.name.span, "declared here")],
                     )
                 else:
-                    tables[found.site.place.table.path] = None
+                    tables[target.site.place.table.path] = None
     return tuple(tables)

@@ -62,14 +62,14 @@ def prior_name(prior: tree.Prior) -> str:
 
 def check_keys(struct: StructDecl, report: Reporter) -> None:
     """Find the key of `struct`, after its fields are resolved."""
-    given: tree.Key | None = None
+    first: tree.Key | None = None
     for member in struct.node.members:
         if not isinstance(member, tree.Key):
             continue
-        if given is not None:
-            _twice(member.span, "`key` is given twice", given.span, report)
+        if first is not None:
+            _twice(member.span, "`key` is given twice", first.span, report)
             continue
-        given = member
+        first = member
         name = member.field.id
         field = struct.fields.get(name)
         if field is None:

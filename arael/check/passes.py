@@ -82,10 +82,10 @@ class Passes:
         for step in node.steps:
             if isinstance(step, tree.Freeze):
                 for path in step.paths:
-                    found = [(full, path.span) for full in self._parameters(path)]
+                    parameters = [(full, path.span) for full in self._parameters(path)]
                     if not step.free:
-                        self._contradiction(path, found, lists[True])
-                    lists[step.free] += found
+                        self._contradiction(path, parameters, lists[True])
+                    lists[step.free] += parameters
                 continue
             name = str(step.target).removeprefix("root.")
             if name in given:
@@ -101,14 +101,14 @@ class Passes:
         return LayoutPass(node.name.id, tuple(settings), config, tuple(frozen), tuple(freed))
 
     def _contradiction(
-        self, path: tree.Path, found: list[tuple[str, Span]], freed: list[tuple[str, Span]]
+        self, path: tree.Path, parameters: list[tuple[str, Span]], freed: list[tuple[str, Span]]
     ) -> None:
         """Report a path that is frozen after it, or a part of it, was freed.
 
         All `freeze` of a pass are applied before all `free`, so that `free` would override a
         `freeze` that is written after it.
         """
-        for full, _ in found:
+        for full, _ in parameters:
             for earlier, first in freed:
                 if _is_within(full, earlier) or _is_within(earlier, full):
                     self.report.error(
@@ -228,19 +228,19 @@ class Passes:
     def _of_type(self, struct: StructDecl, path: tree.Path) -> list[str]:
         """The same for a struct, at all its places: its parameters, or those that `path` names."""
         places = [p for p in self.sites.places() if p.struct is struct]
-        found: list[str] = []
+        paths: list[str] = []
         if len(path.parts) > 1:
             for place in places:
                 here = self._at(place, path.parts[1:])
                 if not here:
                     break
-                found += here
-            return found
+                paths += here
+            return paths
         for place in places:
             for below in _below(place):
                 params = (f for f in below.struct.fields.values() if f.param is not None)
-                found += [_full(below, field.name) for field in params]
-        if not found:
+                paths += [_full(below, field.name) for field in params]
+        if not paths:
             self.report.error(
                 "E0411",
                 path.span,
@@ -248,7 +248,7 @@ class Passes:
                 label="nothing to freeze or free",
                 labels=[Label(struct.node.name.span, "declared here")],
             )
-        return found
+        return paths
 
     def _at(self, start: Place, parts: tuple[tree.Ident, ...]) -> list[str]:
         """The path of the target of `parts` from `start`, in a list; empty after an error."""
@@ -258,10 +258,10 @@ class Passes:
         for part in before:
             if part is before[-1] and _is_part(place.struct.fields.get(part.id), last.id):
                 return [text]
-            found = self._step(place, part)
-            if found is None:
+            target = self._step(place, part)
+            if target is None:
                 return []
-            place = found
+            place = target
         field = place.struct.fields.get(last.id)
         if field is not None and field.param is not None:
             return [text]
@@ -330,9 +330,9 @@ def _is_part(field: FieldDecl | None, name: str) -> bool:
 
 
 def _below(place: Place) -> list[Place]:
-    found, waiting = [], [place]
+    places, waiting = [], [place]
     while waiting:
         here = waiting.pop()
-        found.append(here)
+        places.append(here)
         waiting.extend(here.values.values())
-    return found
+    return places

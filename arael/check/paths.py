@@ -81,30 +81,30 @@ class Paths:
             self.bad.add(key)
             return BROKEN
         self.open.append((entity.place, field))
-        found = self._resolve(entity, field)
+        target = self._resolve(entity, field)
         self.open.pop()
-        if isinstance(found, Broken):
+        if isinstance(target, Broken):
             self.bad.add(key)
-        return found
+        return target
 
     def _resolve(self, entity: Entity, field: FieldDecl) -> Collection | Broken:
         assert isinstance(field.node.type, tree.RefType)
-        found = self.walk(entity, field.node.type.path, own=True)
-        if isinstance(found, Broken):
+        target = self.walk(entity, field.node.type.path, own=True)
+        if isinstance(target, Broken):
             return BROKEN
         path = field.node.type.path
-        if isinstance(found, Entity):
+        if isinstance(target, Entity):
             self.report.error(
                 "E0403",
                 path.span,
                 f"`{path}` is not a collection",
-                label=f"this is a single {found.place.struct.name}",
+                label=f"this is a single {target.place.struct.name}",
                 help=["a ref points into a `list of`, `deque of` or `arena of`"],
             )
             return BROKEN
-        held = found.site.place.struct
+        held = target.site.place.struct
         if held.name != field.struct:
-            declared = found.site.declared
+            declared = target.site.declared
             assert declared is not None
             self.report.error(
                 "E0404",
@@ -115,7 +115,7 @@ class Paths:
                 help=[f"write `ref {held.name} in {path}`"],
             )
             return BROKEN
-        return found
+        return target
 
     def walk(
         self, home: Entity, path: tree.Path, *, own: bool, through: bool = False
@@ -131,10 +131,10 @@ class Paths:
                 if not through:
                     return self._through_collection(path, i, here)
                 here = Entity((), here.site.place)
-            found = self._first(home, part, own) if i == 0 else self._part(here, part, path)
-            if isinstance(found, Broken):
+            reached = self._first(home, part, own) if i == 0 else self._part(here, part, path)
+            if isinstance(reached, Broken):
                 return BROKEN
-            here = found
+            here = reached
         return here
 
     def _first(self, home: Entity, part: tree.Ident, own: bool) -> Entity | Collection | Broken:

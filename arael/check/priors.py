@@ -177,8 +177,8 @@ def _as_stored(t: Typist, target: Typed, mean: Typed) -> Typed:
     start = 0 if type_ == QUATERNION else 3
     if abs(math.hypot(*values[start : start + 4]) - 1) > UNIT_TOLERANCE:
         return mean
-    found = t.make(Pack(type=type_, span=mean.span, items=(mean,)))
-    return found if isinstance(found, Typed) else mean
+    packed = t.make(Pack(type=type_, span=mean.span, items=(mean,)))
+    return packed if isinstance(packed, Typed) else mean
 
 
 def _difference(
@@ -209,12 +209,12 @@ def _difference(
     operation = "rad_diff" if read.parameter in _WRAPPED else "sub"
     parts = [target] if size == 1 else _spread(t, target, size)
     items = [_apply(t, node, operation, [a, m], REAL) for a, m in zip(parts, means, strict=True)]
-    found = [i for i in items if i is not None]
-    if len(found) < len(items):
+    differences = [i for i in items if i is not None]
+    if len(differences) < len(items):
         return BROKEN
     if size == 1:
-        return found[0]
-    return t.make(Pack(type=type_, span=node.target.span, items=tuple(found)))
+        return differences[0]
+    return t.make(Pack(type=type_, span=node.target.span, items=tuple(differences)))
 
 
 def _rotation(t: Typist, node: tree.Prior, target: Typed, mean: Typed) -> Typed | Broken:
@@ -261,8 +261,8 @@ def _spread(t: Typist, value: Typed, size: int) -> list[Typed]:
 def _apply(
     t: Typist, node: tree.Prior, name: str, args: list[Typed], type_: object
 ) -> Typed | None:
-    found = t.apply(node.target, name, args, type_)
-    return found if isinstance(found, Typed) else None
+    value = t.apply(node.target, name, args, type_)
+    return value if isinstance(value, Typed) else None
 
 
 def _misfit(t: Typist, node: tree.Prior, value: Typed, what: str, wanted: str) -> Broken:

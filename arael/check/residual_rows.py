@@ -44,18 +44,18 @@ def residual_of(t: Typist, node: tree.Expr) -> list[Typed] | None:
             help=["end the body with a scalar, a vector or a list of both"],
         )
         return None
-    found: list[Typed] = []
+    rows: list[Typed] = []
     good = True
     for part in parts:
         value = t.value(part)
         if isinstance(value, Broken):
             good = False
         elif isinstance(value.type, VectorType) or is_number(value.type):
-            found.append(value)
+            rows.append(value)
         else:
             good = False
             _not_residual(t, part, value)
-    return found if good else None
+    return rows if good else None
 
 
 def _not_residual(t: Typist, node: tree.Expr, value: Typed) -> None:
@@ -90,15 +90,15 @@ def check_rows(t: Typist, guard: Typed | None, values: Sequence[Typed]) -> bool:
     a proof.
     """
     parts = conjuncts(guard)
-    known = set(t.facts)
+    facts = set(t.facts)
     for part in parts:
         if not moves(part):
-            known |= facts_of(part, t.slots.steps)[0]
+            facts |= facts_of(part, t.slots.steps)[0]
     for node in postorder([*values, *(part for part in parts if moves(part))]):
         if not isinstance(node, Read | Present):
             continue
         for source, column in t.slots.needs.get(node.slot, ()):
-            if (source.steps, column) not in known:
+            if (source.steps, column) not in facts:
                 way = ref_text(source, column)
                 t.fail(
                     "E0503",

@@ -84,8 +84,8 @@ def _typed(
         ]
     if len(report.findings.errors) > before:
         return None, t
-    kept = None if derivs is None else tuple(d for d in derivs if d is not None)
-    return replace(_as_text(function), body=body, derivs=kept), t
+    derivatives = None if derivs is None else tuple(d for d in derivs if d is not None)
+    return replace(_as_text(function), body=body, derivs=derivatives), t
 
 
 def _as_text(function: tree.Function) -> TypedFunction:

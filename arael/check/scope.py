@@ -54,13 +54,13 @@ class ConstantScope:
 
     def candidates(self, name: str) -> list[Candidate]:
         """All candidates for `name`, in order of precedence."""
-        found = []
+        candidates = []
         if name in self.locals:
             binding, span = self.locals[name]
-            found.append(Candidate("a parameter of the function", span, lambda _: binding))
+            candidates.append(Candidate("a parameter of the function", span, lambda _: binding))
         if name in self.declarations.consts:
-            found.append(_const(self.declarations, self.constant, name))
-        return found
+            candidates.append(_const(self.declarations, self.constant, name))
+        return candidates
 
     def names(self) -> Iterable[str]:
         """Candidates for the correction of a misspelt name."""
@@ -93,11 +93,11 @@ class BodyScope:
 
     def candidates(self, name: str) -> list[Candidate]:
         """All candidates for `name`, in order of precedence."""
-        found = []
+        candidates = []
         if name in self.lets:
             binding, span = self.lets[name]
             bound = binding if isinstance(binding, Entity) else None
-            found.append(Candidate("a `let` of this body", span, lambda _: binding, bound))
+            candidates.append(Candidate("a `let` of this body", span, lambda _: binding, bound))
         own = self.own
         if name in own.place.struct.fields:
             declared = own.place.struct.fields[name]
@@ -105,7 +105,7 @@ class BodyScope:
             if declared.kind == "ref":
                 target = self.paths.follow(own, declared)
                 followed = target if isinstance(target, Entity) else None
-            found.append(
+            candidates.append(
                 Candidate(
                     f"a field of {own.place.struct.name}",
                     declared.span,
@@ -116,7 +116,7 @@ class BodyScope:
             )
         if name in own.place.struct.formulas and not own.place.struct.component:
             node = own.place.struct.formulas[name]
-            found.append(
+            candidates.append(
                 Candidate(
                     f"a field of {own.place.struct.name}",
                     node.name.span,
@@ -126,12 +126,12 @@ class BodyScope:
                 )
             )
         for what, entity, longer in self._entities(name):
-            found.append(
+            candidates.append(
                 Candidate(what, None, lambda _, e=entity: e, entity, longer)  # type: ignore[misc]
             )
         if name in self.declarations.consts:
-            found.append(_const(self.declarations, self.constant, name))
-        return found
+            candidates.append(_const(self.declarations, self.constant, name))
+        return candidates
 
     def _entities(self, name: str) -> Iterable[tuple[str, Entity, str]]:
         root = self.paths.root(self.home)
@@ -188,17 +188,17 @@ class ComponentScope:
     def candidates(self, name: str) -> list[Candidate]:
         """All candidates for `name`, in order of precedence."""
         struct = self.own.place.struct
-        found = []
+        candidates = []
         member = struct.formulas.get(name)
         span = member.name.span if member is not None else None
         if name in struct.fields:
             span = struct.fields[name].span
         if span is not None:
             what = f"a member of {struct.name}"
-            found.append(Candidate(what, span, lambda use: self.bind(self.own, name, use)))
+            candidates.append(Candidate(what, span, lambda use: self.bind(self.own, name, use)))
         if name in self.declarations.consts:
-            found.append(_const(self.declarations, self.constant, name))
-        return found
+            candidates.append(_const(self.declarations, self.constant, name))
+        return candidates
 
     def names(self) -> Iterable[str]:
         """Candidates for the correction of a misspelt name."""

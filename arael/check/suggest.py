@@ -9,8 +9,8 @@ from arael.diagnostics.suggest import closest
 
 def nearest(name: str, candidates: Iterable[str]) -> str:
     """The candidate closest to the misspelt `name`; "" if none is close."""
-    found = closest(name, candidates)
-    return found[0] if found else ""
+    near = closest(name, candidates)
+    return near[0] if near else ""
 
 
 def did_you_mean(name: str, candidates: Iterable[str]) -> list[str]:

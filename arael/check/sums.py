@@ -112,11 +112,11 @@ def _over_rows(t: Typist, node: tree.Sum, over: Collection) -> Binding:
 def _list(t: Typist, node: tree.Expr) -> Sequence[Binding] | Collection | None:
     """What a sum runs over, element by element, or a collection; None after an error."""
     if isinstance(node, tree.ListExpr) and node.items:
-        found = [t.visit(item) for item in node.items]
-        if any(isinstance(one, Broken) for one in found):
+        items = [t.visit(item) for item in node.items]
+        if any(isinstance(one, Broken) for one in items):
             return None
-        if all(isinstance(one, Entity) for one in found):
-            return found
+        if all(isinstance(one, Entity) for one in items):
+            return items
         over: Binding = t.value(node)
     else:
         over = t.visit(node)
@@ -125,8 +125,8 @@ def _list(t: Typist, node: tree.Expr) -> Sequence[Binding] | Collection | None:
     if isinstance(over, Collection):
         return over
     if isinstance(over, RefList):
-        found = [t.paths.follow(over.owner, element) for element in over.field.elements]
-        return None if any(isinstance(one, Broken) for one in found) else found
+        items = [t.paths.follow(over.owner, element) for element in over.field.elements]
+        return None if any(isinstance(one, Broken) for one in items) else items
     if isinstance(over, Typed) and isinstance(over.type, VectorType):
         parts = range(over.type.n)
         return [t.make(Component(type=REAL, span=node.span, of=over, index=k)) for k in parts]
@@ -142,18 +142,18 @@ def _are_free(t: Typist, idents: Sequence[tree.Ident], body: tree.Body) -> bool:
     """Whether the names that a sum introduces have no other meaning here."""
     taken: dict[str, Span] = {}
     for ident in (*idents, *(let.name for let in body.lets)):
-        found = t.scope.candidates(ident.id)
-        labels = [Label(c.span, c.what) for c in found if c.span is not None]
+        candidates = t.scope.candidates(ident.id)
+        labels = [Label(c.span, c.what) for c in candidates if c.span is not None]
         if ident.id in taken:
             labels = [Label(taken[ident.id], "first declared here")]
-        elif not found:
+        elif not candidates:
             taken[ident.id] = ident.span
             continue
         t.fail(
             "E0207",
             ident.span,
             f"`{ident.id}` has another meaning here",
-            label="declared again" if ident.id in taken else f"this is {found[0].what}",
+            label="declared again" if ident.id in taken else f"this is {candidates[0].what}",
             labels=labels,
             help=["use a new name in the sum"],
         )

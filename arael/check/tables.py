@@ -61,11 +61,11 @@ def build_entities(
     `components` has those of each place, by the identity of the place.
     """
     by_path = {t.path: {c.path: c for c in t.columns if c.role != "present"} for t in tables}
-    found = []
+    entities = []
     for place in sites.places():
         if place.struct.has_params and not place.struct.component:
             columns = by_path[place.table.path]
-            found.append(
+            entities.append(
                 EntitySite(
                     place.struct.name,
                     place.table.path,
@@ -74,7 +74,7 @@ def build_entities(
                     components[place],
                 )
             )
-    return tuple(found)
+    return tuple(entities)
 
 
 def _table(site: TableSite, paths: Paths) -> Table:

@@ -72,10 +72,10 @@ class BadSize:
 
 def sized(name: str) -> str:
     """The correct form of ``vec4`` or ``mat34``: ``vec<4>``, ``mat<3,4>``; "" for other names."""
-    found = re.fullmatch(r"vec([1-9]\d*)|mat([1-9])(?:x?([1-9]))?", name)
-    if found is None:
+    match = re.fullmatch(r"vec([1-9]\d*)|mat([1-9])(?:x?([1-9]))?", name)
+    if match is None:
         return ""
-    n, rows, columns = found.groups()
+    n, rows, columns = match.groups()
     return f"vec<{n}>" if n else f"mat<{rows},{columns or rows}>"
 
 

@@ -115,13 +115,13 @@ class Typist:
             )
         self.nesting += 1
         try:
-            found = self.handlers[type(node)](self, node)
+            binding = self.handlers[type(node)](self, node)
         finally:
             self.nesting -= 1
         if self.report.observe is not None:
-            unit = self.units.of(found) if isinstance(found, Typed) else None
-            self.report.observe(node, found, unit)
-        return found
+            unit = self.units.of(binding) if isinstance(binding, Typed) else None
+            self.report.observe(node, binding, unit)
+        return binding
 
     def value(self, node: tree.Expr) -> Typed | Broken:
         """The value of `node`: a number of any shape, or a boolean."""
@@ -156,8 +156,8 @@ class Typist:
 
     def as_number(self, binding: Binding, span: Span) -> Typed | Broken:
         """`binding` as a value that is not a boolean; reports an error if it is not one."""
-        found = self.as_value(binding, span)
-        if isinstance(found, Typed) and found.type == BOOL:
+        value = self.as_value(binding, span)
+        if isinstance(value, Typed) and value.type == BOOL:
             return self.fail(
                 "E0307",
                 span,
@@ -165,7 +165,7 @@ class Typist:
                 label="this is a bool",
                 help=["turn it into a number: `if ... then 1 else 0`"],
             )
-        return found
+        return value
 
     def presence_of(self, binding: Binding, span: Span) -> Typed | Broken | None:
         """Presence test of `binding`; None for the bindings of a model file."""

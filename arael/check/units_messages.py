@@ -42,13 +42,13 @@ def unit_text(unit: Unit) -> str:
     return "a pure number" if unit.is_one else str(unit)
 
 
-def report_units(t: Context, node: Typed, found: Clash | Misfit) -> None:
+def report_units(t: Context, node: Typed, problem: Clash | Misfit) -> None:
     """Report units of operands that do not fit."""
-    if isinstance(found, Clash):
-        report_clash(t, node, found)
+    if isinstance(problem, Clash):
+        report_clash(t, node, problem)
     else:
         assert isinstance(node, Apply)
-        report_misfit(t, node, found)
+        report_misfit(t, node, problem)
 
 
 def report_clash(t: Context, node: Typed, clash: Clash) -> None:
@@ -160,7 +160,7 @@ def _advice(first: Unit, second: Unit) -> list[str]:
 
 def sources(t: Context, node: Typed) -> list[Label]:
     """The declaration or the function that the unit of `node` comes from."""
-    found: list[Label] = []
+    labels: list[Label] = []
     for here in _below(node, lambda n: isinstance(n, Apply) and n.name in _GIVES):
         label: Label | None = None
         quantity = t.units.of(here)
@@ -173,11 +173,11 @@ def sources(t: Context, node: Typed) -> list[Label]:
             unit = _GIVES[here.name]
             what = "a pure number" if unit.is_one else f"an angle, in {unit}"
             label = Label(here.span, f"this is {what}")
-        if label is not None and label not in found:
-            found.append(label)
-        if len(found) == MAX_SOURCES:
+        if label is not None and label not in labels:
+            labels.append(label)
+        if len(labels) == MAX_SOURCES:
             break
-    return found
+    return labels
 
 
 def written(t: Context, node: Typed) -> bool:
@@ -194,30 +194,30 @@ def written(t: Context, node: Typed) -> bool:
 
 def _below(node: Typed, stop: object) -> list[Typed]:
     """`node` and its operands in depth-first order, down to where `stop` holds."""
-    found: list[Typed] = []
+    nodes: list[Typed] = []
     seen: set[Typed] = set()
     waiting = [node]
-    while waiting and len(found) < MAX_WALK:
+    while waiting and len(nodes) < MAX_WALK:
         here = waiting.pop()
         if here in seen:
             continue
         seen.add(here)
-        found.append(here)
+        nodes.append(here)
         if not (callable(stop) and stop(here)):
             waiting.extend(reversed(operands(here)))
-    return found
+    return nodes
 
 
 def residual_units(t: Context, parts: Sequence[Typed]) -> None:
     """Warn of each part of a residual that has a unit."""
     for part in parts:
         quantity = t.units.of(part)
-        kept: list[Unit] = []
+        units: list[Unit] = []
         for item in quantity if isinstance(quantity, tuple) else (quantity,):
-            if isinstance(item, Unit) and not item.is_one and item not in kept:
-                kept.append(item)
-        if kept and written(t, part):
-            _warn(t, part.span, part, kept)
+            if isinstance(item, Unit) and not item.is_one and item not in units:
+                units.append(item)
+        if units and written(t, part):
+            _warn(t, part.span, part, units)
 
 
 def _warn(t: Context, span: Span, part: Typed, kept: Sequence[Unit]) -> None:

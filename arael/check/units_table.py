@@ -93,15 +93,15 @@ def known_names() -> list[str]:
 
 
 def _primes(factor: Fraction) -> dict[str, Fraction]:
-    found: dict[str, Fraction] = {}
+    exponents: dict[str, Fraction] = {}
     for number, sign in ((factor.numerator, 1), (factor.denominator, -1)):
         divisor = 2
         while number > 1:
             while number % divisor == 0:
                 number //= divisor
-                found[str(divisor)] = found.get(str(divisor), Fraction(0)) + sign
+                exponents[str(divisor)] = exponents.get(str(divisor), Fraction(0)) + sign
             divisor += 1
-    return found
+    return exponents
 
 
 def _joined(a: dict[str, Fraction], b: dict[str, Fraction]) -> Powers:

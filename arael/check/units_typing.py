@@ -49,9 +49,9 @@ class Units:
 
     def of(self, node: Typed) -> Quantity:
         """The unit of an expression that was added before."""
-        found = self.known.get(node)
-        if found is not None:
-            return found
+        unit = self.known.get(node)
+        if unit is not None:
+            return unit
         if isinstance(node, Pack):  # a constant
             return _pack(self, node)
         return node.unit if isinstance(node, Literal_) else UNKNOWN
@@ -62,11 +62,11 @@ class Units:
         if rule is None:
             return None
         try:
-            found = rule(self, node)
+            unit = rule(self, node)
         except (Clash, Misfit) as error:
             return error
-        if found is not UNKNOWN:
-            self.known[node] = found
+        if unit is not UNKNOWN:
+            self.known[node] = unit
         return None
 
 

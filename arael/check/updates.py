@@ -41,8 +41,8 @@ class Updates:
         """Each assignment, in order."""
         update = self.home.place.struct.update
         steps = update.steps if update is not None else ()
-        found = (self._assignment(step) for step in steps)
-        return tuple(one for one in found if one is not None)
+        assignments = (self._assignment(step) for step in steps)
+        return tuple(assignment for assignment in assignments if assignment is not None)
 
     def _assignment(self, step: tree.Setting) -> Assignment | None:
         target = self._target(self.home.place, step.target)
@@ -131,7 +131,7 @@ class Updates:
         )
 
 
-def _fits(stored: ValueType, given: ValueType) -> bool:
-    if stored == given or (stored == REAL and given == INT):
+def _fits(stored: ValueType, value_type: ValueType) -> bool:
+    if stored == value_type or (stored == REAL and value_type == INT):
         return True
-    return given in (REAL, INT) and isinstance(stored, VectorType | MatrixType)
+    return value_type in (REAL, INT) and isinstance(stored, VectorType | MatrixType)

@@ -148,7 +148,7 @@ def _parameter_below(
         if node.version == "trial" and node.parameter:
             return node
         if node.version == "computed":
-            found = _parameter_below(computed[table, node.column].value, table, computed)
-            if found is not None:
-                return found
+            parameter = _parameter_below(computed[table, node.column].value, table, computed)
+            if parameter is not None:
+                return parameter
     return None

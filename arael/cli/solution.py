@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from arael.analysis.scalars import tangent_units
-from arael.analysis.sigmas import sigmas
 from arael.cli.summary import plain
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
@@ -133,6 +132,9 @@ def solution_of(instance: Any, layout: Layout, asked: Sequence[str] = ()) -> Sol
     shown = tuple(_rows(instance._store, layout, one) for one in asked)
     if not any(use.tangent for entity in entities for use in entity.params):
         return Solution(shown=shown)
+
+    # imported here: start-up time
+    from arael.analysis.sigmas import sigmas
 
     table = instance._store.tables[""]
     free = any(table.free(u.column)[0] for e in entities for u in e.params if u.tangent)

@@ -452,6 +452,12 @@ def _check_writable_format(instance: Any, layout: Layout, target: _Target) -> st
     # imported here: start-up time
     from arael.cli.csv_loss import check_csv_output, note_of_trajectory
 
+    if target.kind == "g2o":  # twice the text of a large graph would take as long as its solve
+        # imported here: start-up time
+        from arael.io import g2o
+
+        g2o.check(instance._store, output)
+        return ""
     note = ""
     if target.kind in formats.TRAJECTORIES:
         note = note_of_trajectory(instance, layout, output, target.collection, target.fields)

@@ -103,9 +103,9 @@ def find_compiler() -> str | None:
     chosen = _extra("CC")
     usual = (sysconfig.get_config_var("CC") or "cc").split()[:1]
     for candidate in chosen[:1] or (*usual, "cc", "gcc", "clang"):
-        found = shutil.which(candidate)
-        if found:
-            return found
+        compiler = shutil.which(candidate)
+        if compiler:
+            return compiler
     return None
 
 

@@ -60,12 +60,12 @@ class RowScalariser(Scalariser):
         self.cache = cache or self._derived
 
     def _read(self, e: Read) -> Nodes:
-        found = self.row.get(e.column)
-        return self.nodes(self.computed[e.column]) if found is None else list(found)
+        node = self.row.get(e.column)
+        return self.nodes(self.computed[e.column]) if node is None else list(node)
 
     def _formula(self, e: Formula) -> Nodes:
-        found = self.row.get(e.column)
-        return self.nodes(e.of) if found is None else list(found)
+        node = self.row.get(e.column)
+        return self.nodes(e.of) if node is None else list(node)
 
     def _state(self, read: Read, cache: str) -> Nodes:
         return self.cache(read, cache)
@@ -147,18 +147,20 @@ def given(
     graph = Graph()
     row = {u.column: [graph.input(u.stored_start + k) for k in range(u.stored)] for u in uses}
     scalariser = RowScalariser(graph, row, calls, _formulas(components))
-    found: list[layout.Formula] = []
+    formulas: list[layout.Formula] = []
     outputs: Nodes = []
     for component in components:
-        for one in (*component.symbolic, *component.computed):
-            nodes = scalariser.nodes(one.value)
+        for definition in (*component.symbolic, *component.computed):
+            nodes = scalariser.nodes(definition.value)
             if not needs_native(graph, nodes):
-                kind: Literal["real", "bool"] = "bool" if one.value.type == BOOL else "real"
-                found.append(layout.Formula(one.column, kind, shape(one.value), len(outputs)))
+                kind: Literal["real", "bool"] = "bool" if definition.value.type == BOOL else "real"
+                formulas.append(
+                    layout.Formula(definition.column, kind, shape(definition.value), len(outputs))
+                )
                 outputs += nodes
-    if not found:
+    if not formulas:
         return (), None
-    return tuple(found), graph.tape(outputs, inputs=range(sum(u.stored for u in uses)))
+    return tuple(formulas), graph.tape(outputs, inputs=range(sum(u.stored for u in uses)))
 
 
 def needs_native(graph: Graph, nodes: Sequence[int]) -> bool:
@@ -187,25 +189,29 @@ def names_of(definition: Definition, prefix: str) -> list[str]:
 
 
 def _formulas(components: Sequence[ComponentSite]) -> dict[str, Typed]:
-    return {one.column: one.value for component in components for one in component.computed}
+    return {
+        definition.column: definition.value
+        for component in components
+        for definition in component.computed
+    }
 
 
 def _within(graph: Graph, value: Nodes, param: Param) -> Nodes:
-    found = list(value)
+    parts = list(value)
     for name, ends in (("max", param.low), ("min", param.high)):
         for k, end in enumerate(ends):
             if end is not None:
-                found[k] = graph.op(name, found[k], graph.const(end))
-    return found
+                parts[k] = graph.op(name, parts[k], graph.const(end))
+    return parts
 
 
 def _moved(graph: Graph, steps: Sequence[Sequence[int]]) -> int:
     """Whether one of these steps is not zero; true of a step that is not a number."""
     zero = graph.const(0.0)
-    found: int | None = None
+    total: int | None = None
     for step in steps:
         for scalar in step:
             moves = graph.op("ne", scalar, zero)
-            found = moves if found is None else graph.op("or", found, moves)
-    assert found is not None, "a component has a parameter"
-    return found
+            total = moves if total is None else graph.op("or", total, moves)
+    assert total is not None, "a component has a parameter"
+    return total

@@ -146,7 +146,7 @@ class _Laying:
         row = {
             u.column: self.outputs[u.stored_start : u.stored_start + u.stored] for u in self.uses
         }
-        kept = computed(
+        values = computed(
             self.move,
             row,
             lambda read, cache: [self.outputs[o] for o in self.caches[read.column][cache]],
@@ -154,13 +154,13 @@ class _Laying:
             self.calls,
         )
         for component in self.site.components:
-            for one in component.computed:
-                self._append_formula(one, kept[one.column])
+            for definition in component.computed:
+                self._append_formula(definition, values[definition.column])
         for component in self.site.components:
-            for one in component.symbolic:
-                self._keep_symbolic(one)
+            for definition in component.symbolic:
+                self._keep_symbolic(definition)
 
-    def _keep_symbolic(self, one: Definition) -> None:
+    def _keep_symbolic(self, definition: Definition) -> None:
         """Keep the value of a ``symbolic`` field, unless it is as cheap to compute as to read."""
         see = self.see
         row = {
@@ -172,14 +172,14 @@ class _Laying:
             row,
             self.calls,
             cache=lambda read, cache: [see.input(o) for o in self.caches[read.column][cache]],
-        ).nodes(one.value)
+        ).nodes(definition.value)
         if all(see.tree_operations([n]) <= INLINE_OPERATIONS for n in nodes):
             return
         seeds = {see.input(o): self.tangents[o] for o in see_inputs(see, nodes)}
         rows = jacobian(see, nodes, {node: row for node, row in seeds.items() if row})
         if needs_native(see, [*nodes, *(n for row in rows for n in row.values())]):
             return
-        offsets = self._append_formula(one, self._moved(nodes))
+        offsets = self._append_formula(definition, self._moved(nodes))
         for offset, tangents in zip(offsets, rows, strict=True):
             self._keep_tangents(offset, {k: n for k, n in tangents.items() if see.value(n) != 0})
 
@@ -191,15 +191,17 @@ class _Laying:
         self.tangents += [{} for _ in nodes]
         return tuple(range(first, len(self.outputs)))
 
-    def _append_formula(self, one: Definition, nodes: Sequence[int]) -> tuple[int, ...]:
-        offsets = self._append(nodes, names_of(one, self.site.prefix))
-        self.stored_at[one.column] = ParamUse(one.column, "", offsets[0], len(nodes), 0, 0)
+    def _append_formula(self, definition: Definition, nodes: Sequence[int]) -> tuple[int, ...]:
+        offsets = self._append(nodes, names_of(definition, self.site.prefix))
+        self.stored_at[definition.column] = ParamUse(
+            definition.column, "", offsets[0], len(nodes), 0, 0
+        )
         return offsets
 
     def _moved(self, nodes: Sequence[int]) -> list[int]:
         """Nodes of `see` as nodes of `move`."""
-        known = {self.see.input(o): self.outputs[o] for o in see_inputs(self.see, list(nodes))}
-        return self.see.copy(list(nodes), self.move, known)
+        inputs = {self.see.input(o): self.outputs[o] for o in see_inputs(self.see, list(nodes))}
+        return self.see.copy(list(nodes), self.move, inputs)
 
     def _keep_tangents(self, offset: int, tangents: Mapping[int, int]) -> None:
         """Note the derivatives of a scalar; those that are costly are kept in the state too."""

@@ -164,8 +164,8 @@ def _compile(
         row_sums = structs.replace(
             divide(site, whole), crossed=crossed_pairs(site, states, uses.uses)
         )
-        graph, found, residuals, holds = without_rows(site, whole)
-        uses = _Uses(site, states, found)
+        graph, rows, residuals, holds = without_rows(site, whole)
+        uses = _Uses(site, states, rows)
     jacobian = _differentiate(graph, residuals, uses)
     kernel = _assemble(
         site, states, graph, scalariser, uses, residuals, jacobian, guard, holds, row_sums
@@ -297,16 +297,16 @@ def _assemble(
         lane_nodes.append(graph.input(LANE))
 
     kernel = BoundedGraph(site.label, site.span)
-    known: dict[int, int] = {}
+    columns: dict[int, int] = {}
     input_keys: list[Hashable] = []
     for key in state_keys:
-        known[graph.input(key)] = kernel.input(key)
+        columns[graph.input(key)] = kernel.input(key)
         input_keys.append(key)
     for kind, nodes in (("data", lane_nodes), ("uniform", uniform_nodes)):
         for number, node in enumerate(nodes):
-            known[node] = kernel.input((kind, number))
+            columns[node] = kernel.input((kind, number))
             input_keys.append((kind, number))
-    moved = graph.copy(outputs, kernel, known)
+    moved = graph.copy(outputs, kernel, columns)
     r, holds = moved[: len(residuals)], moved[len(residuals) + len(jacobian) :]
     entries = dict(zip(jacobian, moved[len(residuals) : len(moved) - len(holds)], strict=True))
     # What cancelled to zero when hoisting re-simplified it is no entry any more.

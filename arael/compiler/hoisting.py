@@ -48,16 +48,18 @@ def _lean(graph: Graph, frontier: list[int], varying: set[int]) -> list[int]:
     Lanes are made in f64 and rounded to the precision of the kernel. Of rounded lanes a product is
     as good as a rounded one; a difference, such as 1 - cos t, may have nothing left.
     """
-    kept = set(frontier)
+    frontier_nodes = set(frontier)
     for node in reversed(frontier):
         if node not in varying or graph.ops[node] not in ("mul", "neg"):
             continue
         operands = graph.operands(node)
-        own = [n for n in operands if n in varying]
-        if own and all(n in kept for n in own):
-            kept.remove(node)
-            kept.update(n for n in operands if n not in varying and graph.ops[n] != "const")
-    return sorted(kept)
+        varying_operands = [n for n in operands if n in varying]
+        if varying_operands and all(n in frontier_nodes for n in varying_operands):
+            frontier_nodes.remove(node)
+            frontier_nodes.update(
+                n for n in operands if n not in varying and graph.ops[n] != "const"
+            )
+    return sorted(frontier_nodes)
 
 
 def _frontier(
@@ -68,7 +70,7 @@ def _frontier(
     wanted: Callable[[int], bool],
 ) -> list[int]:
     """Find fixed nodes read by moving ones, or results, descending where not `wanted`."""
-    found: set[int] = set()
+    nodes: set[int] = set()
     seen: set[int] = set()
     waiting = list(outputs)
     for node in live:
@@ -81,10 +83,10 @@ def _frontier(
             continue
         seen.add(node)
         if op == "input" or (op != "neg" and wanted(node)):
-            found.add(node)
+            nodes.add(node)
         else:
             waiting += graph.operands(node)
-    return sorted(found)
+    return sorted(nodes)
 
 
 def _is_root(site: ConstraintSite, slot: int) -> bool:

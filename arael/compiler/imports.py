@@ -52,10 +52,10 @@ class Imports:
         if self._folder is None:
             self._folder = Path(item.span.source.name).parent
         path, real = _within(item, self._folder)
-        known = self._files.get(real)
-        if known is not None:
-            self.read.setdefault(str(path), known.source)
-            return known
+        file = self._files.get(real)
+        if file is not None:
+            self.read.setdefault(str(path), file.source)
+            return file
         if len(self._files) >= MAX_FILES:
             raise _too_large(item, f"more than {MAX_FILES} files")
         try:

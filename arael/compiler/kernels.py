@@ -73,9 +73,9 @@ def kernels_of(source: str, name: str, origin: str) -> Loaded:
         used.
     """
     code = code_digest(source)
-    found = find_kernels(code)
-    if found is not None:
-        return found
+    kernels = find_kernels(code)
+    if kernels is not None:
+        return kernels
     key = kernels_key(code, TARGET)
     try:
         loaded = _build(key, code, source, name, origin)
@@ -94,9 +94,9 @@ def _build(key: str, code: str, source: str, name: str, origin: str) -> Loaded:
 
     seconds: dict[str, float] = {}
     with kept.building(key) as folder:
-        found = find_kernels(code)  # another process may have compiled them meanwhile
-        if found is not None:
-            return found
+        kernels = find_kernels(code)  # another process may have compiled them meanwhile
+        if kernels is not None:
+            return kernels
         about = shown(expected_seconds(source))
         what = f"compiling {name}, about {about}"
         build_module(folder, module_name(name, key), source, seconds, what=what)

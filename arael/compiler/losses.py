@@ -93,8 +93,8 @@ def robust_rows(
     ----------
     seeds : derivatives of the residuals, as those of `arael.symbolic.jacobian.jacobian`
     """
-    found = robustify(Scalariser(graph, _NoUses(), functions), residuals, loss, single)
-    return found, jacobian(graph, found, seeds, ["forward"])
+    robust = robustify(Scalariser(graph, _NoUses(), functions), residuals, loss, single)
+    return robust, jacobian(graph, robust, seeds, ["forward"])
 
 
 class _NoUses:

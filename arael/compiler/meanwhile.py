@@ -62,8 +62,8 @@ class Meanwhile:
         try:
             self.failure = _compile(source, name, origin)
             if not self.failure:
-                found = find_kernels(self._code)
-                self._table = None if found is None else found.table
+                kernels = find_kernels(self._code)
+                self._table = None if kernels is None else kernels.table
                 if self._table is None:
                     self.failure = "the kernels that were compiled cannot be loaded"
         except AraelError as error:

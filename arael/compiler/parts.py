@@ -94,8 +94,8 @@ def cut(tape: Tape, leading: int, first_column: int, limit: int | None = None) -
 
 
 def _chunks(nodes: Sequence[int], stores: Sequence[tuple[int, int]], limit: int) -> list[Part]:
-    found = [Part(tuple(nodes[k : k + limit])) for k in range(0, len(nodes), limit)]
-    return found + [Part((), tuple(stores[k : k + limit])) for k in range(0, len(stores), limit)]
+    chunks = [Part(tuple(nodes[k : k + limit])) for k in range(0, len(nodes), limit)]
+    return chunks + [Part((), tuple(stores[k : k + limit])) for k in range(0, len(stores), limit)]
 
 
 def base(tape: Tape, node: int) -> int:

@@ -110,8 +110,8 @@ class _Division:
     def __init__(self, site: ConstraintSite, whole: Divided) -> None:
         self.site, self.whole, self.graph = site, whole, whole.graph
         lists: dict[tuple[int, int], None] = {}
-        for one in whole.sums:
-            lists[one.total.slot, one.total.rows] = None
+        for row_sum in whole.sums:
+            lists[row_sum.total.slot, row_sum.total.rows] = None
         self.lists = tuple(lists)
         self.own_list = [self.lists.index((o.total.slot, o.total.rows)) for o in whole.sums]
 
@@ -120,7 +120,7 @@ class _Division:
         jacobians = [self._jacobian(nodes) for nodes in self._values()]
         guard = [] if whole.holds is None else [whole.holds]
         outputs = [n for nodes in self._values() for n in nodes] + guard
-        outputs += [node for one in jacobians for node in one.values()]
+        outputs += [node for jacobian in jacobians for node in jacobian.values()]
         live = graph.live(outputs)
         keys = [graph.key(n) for n in live if graph.ops[n] == "input"]
         raw_keys = sorted(k for k in keys if isinstance(k, RawInput))
@@ -128,7 +128,8 @@ class _Division:
         lanes, uniforms = hoist(self.site, graph, outputs, live, moving, raw_keys)
         self._place(lanes, uniforms, raw_keys)
         main, *terms = (
-            self._piece(nodes, one) for nodes, one in zip(self._values(), jacobians, strict=True)
+            self._piece(nodes, jacobian)
+            for nodes, jacobian in zip(self._values(), jacobians, strict=True)
         )
         prepares = [self._prepare(self.of_list[k], []) for k in range(len(self.lists))]
         raw, prepare = self._prepare(self.own, uniforms)
@@ -139,8 +140,8 @@ class _Division:
             raw=raw,
             prepare=prepare,
             uniforms=len(uniforms),
-            row_raw=tuple(one for one, _ in prepares),
-            row_prepare=tuple(one for _, one in prepares),
+            row_raw=tuple(inputs for inputs, _ in prepares),
+            row_prepare=tuple(program for _, program in prepares),
             main=main,
             sums=tuple(zip(self.own_list, terms, strict=True)),
             guard=self._piece(guard, {}) if guard else None,
@@ -148,7 +149,7 @@ class _Division:
 
     def _values(self) -> list[list[int]]:
         """Values of each program: residuals, then the terms of each sum."""
-        return [self.whole.residuals, *(list(one.terms) for one in self.whole.sums)]
+        return [self.whole.residuals, *(list(row_sum.terms) for row_sum in self.whole.sums)]
 
     def _jacobian(self, nodes: list[int]) -> dict[tuple[int, int, int], int]:
         """(value, use, tangent) -> derivative; the use of a sum s is ``-1 - s``."""
@@ -198,29 +199,29 @@ class _Division:
         """Values with their derivatives as one program."""
         graph = self.graph
         program = BoundedGraph(self.site.label, self.site.span)
-        known: dict[int, int] = {}
+        copies: dict[int, int] = {}
         for node in graph.live([*values, *entries.values()]):
             key = graph.key(node) if graph.ops[node] == "input" else None
             if node in self.input_of:
-                known[node] = program.input(self.input_of[node])
+                copies[node] = program.input(self.input_of[node])
             elif isinstance(key, StateInput):
-                known[node] = program.input(("state", key.use, key.offset))
+                copies[node] = program.input(("state", key.use, key.offset))
             elif isinstance(key, SumInput):
-                known[node] = program.input(("sum", key.sum, key.component))
+                copies[node] = program.input(("sum", key.sum, key.component))
             elif key == LANE:
-                known[node] = program.input(("guard", 0, 0))
-        moved = graph.copy([*values, *entries.values()], program, known)
-        kept = dict(zip(entries, moved[len(values) :], strict=True))
+                copies[node] = program.input(("guard", 0, 0))
+        moved = graph.copy([*values, *entries.values()], program, copies)
+        entries_of = dict(zip(entries, moved[len(values) :], strict=True))
         zero = program.const(0.0)
-        kept = {where: node for where, node in kept.items() if node != zero}
-        outputs = [*moved[: len(values)], *kept.values()]
+        entries_of = {where: node for where, node in entries_of.items() if node != zero}
+        outputs = [*moved[: len(values)], *entries_of.values()]
         live = set(program.live(outputs))
         inputs: list[Hashable] = [k for k in program.inputs if program.input(k) in live]
         return Piece(
             inputs=tuple(inputs),  # type: ignore[arg-type]
             tape=program.tape(outputs, inputs=inputs),
             values=len(values),
-            entries=tuple(kept),
+            entries=tuple(entries_of),
         )
 
 

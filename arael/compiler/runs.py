@@ -50,14 +50,14 @@ class Run:
 def find_runs(tape: Tape, results: range) -> list[Run]:
     """Find the runs among `results` of a program, from the first on."""
     forms = [_form(tape, tape.outputs[k]) for k in results]
-    found: list[Run] = []
+    runs: list[Run] = []
     at = 0
     while at < len(forms):
         end, steps = _extent(forms, at)
         if end - at >= LEAST:
-            found.append(Run(results[at], end - at, tape.outputs[results[at]], steps))
+            runs.append(Run(results[at], end - at, tape.outputs[results[at]], steps))
         at = end
-    return found
+    return runs
 
 
 def _extent(forms: Sequence[tuple[object, Leaves] | None], at: int) -> tuple[int, tuple[int, ...]]:
@@ -96,10 +96,10 @@ def _form(tape: Tape, node: int) -> tuple[object, Leaves] | None:
         return (op, *(shape(a) for a in args))
 
     try:
-        found = shape(node)
+        form = shape(node)
     except OverflowError:
         return None
-    return found, tuple(leaves)
+    return form, tuple(leaves)
 
 
 def formula(tape: Tape, run: Run, name: Callable[[int, str], str]) -> str:
@@ -134,8 +134,8 @@ def without(tape: Tape, runs: Sequence[Run]) -> tuple[Tape, list[int]]:
     if not runs:
         return tape, list(range(len(tape.outputs)))
     gone = run_of(runs)
-    kept = [k for k in range(len(tape.outputs)) if k not in gone]
-    live = sorted(needed(tape, [tape.outputs[k] for k in kept]))
+    outputs = [k for k in range(len(tape.outputs)) if k not in gone]
+    live = sorted(needed(tape, [tape.outputs[k] for k in outputs]))
     number = {node: k for k, node in enumerate(live)}
     rest = Tape(
         ops=tuple(tape.ops[n] for n in live),
@@ -144,21 +144,21 @@ def without(tape: Tape, runs: Sequence[Run]) -> tuple[Tape, list[int]]:
             for n in live
         ),
         constants=tape.constants,
-        outputs=tuple(number[tape.outputs[k]] for k in kept),
+        outputs=tuple(number[tape.outputs[k]] for k in outputs),
         places=tuple(tape.places[n] for n in live) if tape.places else (),
     )
-    return rest, kept
+    return rest, outputs
 
 
 def needed(tape: Tape, outputs: Iterable[int]) -> set[int]:
     """Nodes that `outputs` are computed from, themselves included."""
-    found = set(outputs)
-    waiting = list(found)
+    nodes = set(outputs)
+    waiting = list(nodes)
     while waiting:
         node = waiting.pop()
         if tape.ops[node] not in FREE:
             for operand in tape.args[node]:
-                if operand not in found:
-                    found.add(operand)
+                if operand not in nodes:
+                    nodes.add(operand)
                     waiting.append(operand)
-    return found
+    return nodes

@@ -232,10 +232,10 @@ class Scalariser:
         return [self.graph.input(RawInput(e.slot, e.column, k)) for k in range(width(e.type))]
 
     def _formula(self, e: Formula) -> Nodes:
-        kept = self.uses.formula(e.slot, e.column)
-        if kept is None:
+        node = self.uses.formula(e.slot, e.column)
+        if node is None:
             return self.nodes(e.of)
-        return [self.graph.input(StateInput(use, offset)) for use, offset in kept]
+        return [self.graph.input(StateInput(use, offset)) for use, offset in node]
 
     def _cached(self, e: Apply) -> Nodes | None:
         """Find what the state of an entity holds: its rotation matrix, sines and cosines."""
@@ -265,8 +265,8 @@ class Scalariser:
 
     def _state(self, read: Read, cache: str) -> Nodes:
         """Scalars of a cache of the parameter that `read` reads."""
-        found = self.uses.cached(read.slot, read.column, cache)
-        return [self.graph.input(StateInput(use, offset)) for use, offset in found]
+        node = self.uses.cached(read.slot, read.column, cache)
+        return [self.graph.input(StateInput(use, offset)) for use, offset in node]
 
     def _place(self, span: Span) -> int | None:
         key = (str(span), span.text)
@@ -290,23 +290,23 @@ def is_applied(e: Apply) -> bool:
 
 def factors(e: Typed, transposed: bool = False) -> list[tuple[Typed, bool]]:
     """Factors of a product of matrices from the left, and whether each is to be transposed."""
-    found: list[tuple[Typed, bool]] = []
+    factor_list: list[tuple[Typed, bool]] = []
     waiting = [(e, transposed)]
     while waiting:
-        one, turned = waiting.pop()
-        if isinstance(one, Apply) and one.name == "transpose":
-            waiting.append((one.args[0], not turned))
+        factor, turned = waiting.pop()
+        if isinstance(factor, Apply) and factor.name == "transpose":
+            waiting.append((factor.args[0], not turned))
         elif (
-            isinstance(one, Apply)
-            and one.name == "mul"
-            and all(isinstance(a.type, MatrixType) for a in one.args)
+            isinstance(factor, Apply)
+            and factor.name == "mul"
+            and all(isinstance(a.type, MatrixType) for a in factor.args)
         ):
-            left, right = one.args
+            left, right = factor.args
             # The last one is looked at first: (A B)' = B' A'.
             waiting += [(left, True), (right, True)] if turned else [(right, False), (left, False)]
         else:
-            found.append((one, turned))
-    return found
+            factor_list.append((factor, turned))
+    return factor_list
 
 
 class NoUses:

@@ -47,14 +47,14 @@ def ship(models: Iterable[Path], folder: Path, targets: Sequence[str] | None = N
             compilation = compile_text(read_source(path))
             text = compilation.sources[0].text
             source = compilation.emit()
-            known = encode(compilation.known(code_digest(source)))
+            record = encode(compilation.known(code_digest(source)))
             name = module_name(path.stem)
             generated: Path | None = None  # the C code is the same for every target
             for target in chosen:
                 entry = folder / f"{path.stem}-{target}"
                 shutil.rmtree(entry, ignore_errors=True)
                 entry.mkdir()
-                (entry / "model.json").write_bytes(known)
+                (entry / "model.json").write_bytes(record)
                 pyx = entry / f"{name}.pyx"
                 pyx.write_text(source, encoding="utf-8")
                 c_file = pyx.with_suffix(".c")

@@ -114,7 +114,7 @@ class Totals:
         g, site = self.graph, self.site
         slots = [Slot((), total.collection)]
         program = Graph()
-        known: dict[int, int] = {}
+        copies: dict[int, int] = {}
         raws: list[tuple[RawInput, Raw]] = []
         for node in g.live(factors):
             if g.ops[node] != "input":
@@ -126,12 +126,12 @@ class Totals:
             way = Slot(steps, site.slots[key.slot].table)
             if way not in slots:
                 slots.append(way)
-            known[node] = program.input(key)
+            copies[node] = program.input(key)
             raws.append((key, Raw(slots.index(way), key.column, key.component)))
-        outputs = g.copy(factors, program, known)
+        outputs = g.copy(factors, program, copies)
         tape = program.tape(outputs, inputs=[key for key, _ in raws])
-        found = tuple(raw for _, raw in raws)
-        return Total(name, owner, total.collection, tuple(slots), found, tape)
+        terms = tuple(raw for _, raw in raws)
+        return Total(name, owner, total.collection, tuple(slots), terms, tape)
 
 
 class _Inseparable(Exception):
@@ -219,12 +219,12 @@ class _Parts:
         return {factor: chosen(other, rest) for factor, rest in parts.items()}
 
     def _sum(self, *all_parts: Terms) -> Terms:
-        found: Terms = {}
+        terms: Terms = {}
         for parts in all_parts:
             for factor, other in parts.items():
-                known = found.get(factor)
-                found[factor] = other if known is None else self.graph.op("add", known, other)
-        return found
+                before = terms.get(factor)
+                terms[factor] = other if before is None else self.graph.op("add", before, other)
+        return terms
 
     def _negated(self, parts: Terms) -> Terms:
         return {factor: self.graph.op("neg", other) for factor, other in parts.items()}

@@ -102,8 +102,9 @@ def export(
     ------
     AraelError
         The model is wrong; E1501: a constraint sums over a list of any length; E1502: there is no
-        such constraint, or `data` is of another model; E1503: a solver of that size cannot be made;
-        E1504: what the target does not have; E1505: no compiler of WebAssembly.
+        such constraint, or `data` is of another model or has residuals added from Python; E1503: a
+        solver of that size cannot be made; E1504: what the target does not have; E1505: no compiler
+        of WebAssembly.
 
     Examples
     --------
@@ -133,6 +134,16 @@ def export(
                     "E1502",
                     f"the data is of the model `{data._compiled.layout.name}`, "
                     f"expected `{program.layout.name}`",
+                )
+            )
+        added = [] if data._residuals is None else [*data._residuals, *data._residuals.code]
+        if added:
+            raise AraelError(
+                Diagnostic(
+                    "E1502",
+                    f"the model has residuals that were added from Python: "
+                    f"{', '.join(map(str, added))}",
+                    help=("write them as constraints of the model file",),
                 )
             )
         samples = samples_of(functions, data, SHOWN)

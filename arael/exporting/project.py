@@ -17,7 +17,8 @@ from arael.version import __version__
 SHOWN = 3
 """Instances of each constraint that `main.c` evaluates."""
 
-_TEXT_LINES = 400
+_TEXT_LINES, _TEXT_WIDTH = 400, 200
+"""Most lines and columns of the model in the head."""
 
 
 def head(functions: Functions, text: str) -> str:
@@ -30,7 +31,7 @@ def head(functions: Functions, text: str) -> str:
     """
     layout = functions.layout
     lines = text.splitlines()
-    shown = [f"     {c_comment(line)}" for line in lines[:_TEXT_LINES]]
+    shown = [f"     {c_comment(line, _TEXT_WIDTH)}" for line in lines[:_TEXT_LINES]]
     if len(lines) > _TEXT_LINES:
         shown.append(f"     and {len(lines) - _TEXT_LINES} more lines")
     digest = hashlib.sha256(text.encode()).hexdigest()

@@ -13,9 +13,9 @@ _TEMPORARY = 100  # a name binds more strongly than any operation
 _NEGATIVE = 7
 
 
-def c_comment(text: str) -> str:
-    """User's text made safe inside ``/* */``."""
-    safe = comment(text)
+def c_comment(text: str, limit: int = 80) -> str:
+    """User's text made safe inside ``/* */``, cut at `limit`."""
+    safe = comment(text, limit)
     for pair, instead in (("*/", "* /"), ("/*", "/ *"), ("??", "? ?")):
         while pair in safe:
             safe = safe.replace(pair, instead)

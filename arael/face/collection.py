@@ -39,10 +39,10 @@ class Collection(Displayed, Fields):
     def __init__(
         self, table: Table, parent: int | None = None, handles: Ints | None = None
     ) -> None:
-        object.__setattr__(self, "_table", table)
-        object.__setattr__(self, "_group", table.fields)
-        object.__setattr__(self, "_parent", parent)
-        object.__setattr__(self, "_handles", handles)
+        # `__setattr__` is for fields.
+        own = self.__dict__
+        own["_table"], own["_group"] = table, table.fields
+        own["_parent"], own["_handles"] = parent, handles
 
     def _rows(self) -> Rows:
         if self._handles is not None:
@@ -82,6 +82,15 @@ class Collection(Displayed, Fields):
 
     def _append(self, values: Mapping[str, Any], front: bool) -> Ref:
         table, owner = self._table, self._owner_for_new()
+        if not front:
+            refs = {
+                name: ref._handle
+                for name, target in table.plain_rows.refs.items()
+                if type(ref := values.get(name)) is Ref and ref._table is target
+            }
+            plain = table.append_plain(values, refs, owner)
+            if plain is not None:
+                return Ref(table, plain)
         flat, children = given.flatten(self._group, values, Name(lambda: self._label(owner)))
         handle = table.append(owner, front=front, **flat)
         ref = Ref(table, handle)
@@ -298,6 +307,10 @@ class Collection(Displayed, Fields):
     def __getitem__(self, index: Any) -> Any:
         """Return a row (by number, `Ref`), some (slice, mask, numbers, `Refs`) or a field."""
         table = self._table
+        if type(index) is int and self._handles is None and self._parent is None:
+            size = table.buffers.size  # the usual case first: people loop over numbers of rows
+            if -size <= index < size:
+                return Ref(table, table.handle_of(index if index >= 0 else index + size))
         if isinstance(index, str):
             return super().__getitem__(index)
         if isinstance(index, (Ref, Refs)):
@@ -307,12 +320,15 @@ class Collection(Displayed, Fields):
                 return Collection(table, handles=index._handles)
             table.row_of(index._handle)
             return index
-        handles = table.handles(self._rows())
+        rows = self._rows()
         if isinstance(index, (int, np.integer)) and not isinstance(index, bool):
-            if not -len(handles) <= index < len(handles):
-                raise IndexError(f"{table.label}[{index}]: there are {len(handles)} rows")
-            return Ref(table, int(handles[index]))
-        return Collection(table, handles=handles[index])
+            count = rows.stop - rows.start if isinstance(rows, slice) else len(np.atleast_1d(rows))
+            if not -count <= index < count:
+                raise IndexError(f"{table.label}[{index}]: there are {count} rows")
+            at = int(index) % count
+            row = rows.start + at if isinstance(rows, slice) else np.atleast_1d(rows)[at]
+            return Ref(table, table.handle_of(int(row)))
+        return Collection(table, handles=table.handles(rows)[index])
 
     def __contains__(self, ref: object) -> bool:
         if not isinstance(ref, Ref) or ref._table is not self._table or not ref.is_valid:

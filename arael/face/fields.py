@@ -69,9 +69,11 @@ class Fields:
         return f"{self._table.label}.{path}".removesuffix(".")
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__") or name == "_group":  # `copy` reads attributes before __init__
+        group = self.__dict__.get("_group")  # `copy` reads attributes before __init__
+        if group is None or name.startswith("__"):
             raise AttributeError(name)
-        return self._read(name)
+        known = group.plain.get(name)
+        return self._read(name) if known is None else self._get(known)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_") and name not in self._group.members:
@@ -115,9 +117,18 @@ class Fields:
         if block is not None:
             return read_block(self, block)
         found = formulas.formula_at(self, path)
-        return self._get(self._member(path)) if found is None else read_formula(self, *found)
+        if found is not None:
+            return read_formula(self, *found)
+        member = self._group.plain[path] = self._member(path)
+        return self._get(member)
 
     def _get(self, member: Group | Leaf | Nested) -> Any:
+        if isinstance(member, Leaf) and member.column.role == "param":
+            table, path, rows = self._table, member.path, self._rows()
+            one = isinstance(rows, int)
+            if one and path in table.absentable and not table.present(path)[rows]:
+                return None
+            return Parameter(table, path, self._rows, not one and self._is_whole())
         # imported here: the circle of fields, collections and refs
         # imported here: start-up time
         from arael.face.collection import Collection
@@ -143,8 +154,6 @@ class Fields:
         if isinstance(member, Group):
             return Part(self, member)
         path, column = member.path, member.column
-        if column.role == "param":
-            return Parameter(table, path, self._rows, self._is_whole())
         if column.role == "ref" and column.target is not None:
             target = table.store.tables[column.target.table]
             handles = table.column(path)[rows]

@@ -73,8 +73,10 @@ class Parameter(Valued, Forms):
         directions as unit vectors; transforms as translation, quaternion and scale. Valid until
         rows are added or removed. Writes into the view are not checked; assignments are.
         """
-        part = taken(self._table.column(self._path), self._rows())
-        return part if isinstance(part, np.ndarray) else part.item()
+        rows, values = self._rows(), self._table.buffers.view(self._path)
+        if isinstance(rows, int):
+            return values[rows] if values.ndim > 1 else values.item(rows)
+        return taken(values, rows)
 
     @value.setter
     def value(self, value: Any) -> None:

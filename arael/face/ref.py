@@ -25,17 +25,14 @@ class Ref(Fields):
     """
 
     def __init__(self, table: Table, handle: int) -> None:
-        object.__setattr__(self, "_table", table)
-        object.__setattr__(self, "_handle", handle)
-        object.__setattr__(self, "_group", table.fields)
+        own = self.__dict__  # `__setattr__` is for fields
+        own["_table"], own["_group"], own["_handle"] = table, table.fields, handle
 
     def _rows(self) -> Rows:
         return self._table.row_of(self._handle)
 
-    def __getattribute__(self, name: str) -> Any:
-        if name in OWN and name in object.__getattribute__(self, "_group").members:
-            return self._get(self._group.members[name])
-        return object.__getattribute__(self, name)
+    def _field(self, name: str) -> Any:
+        return self._get(self._group.members[name])
 
     def _is_there(self) -> bool:
         return self._table.is_valid(self._handle)
@@ -43,21 +40,29 @@ class Ref(Fields):
     @property
     def row(self) -> int:
         """Row number in the table, the index into columns of `Collection`."""
+        if "row" in self._group.members:
+            return self._field("row")  # type: ignore[no-any-return]
         return self._table.row_of(self._handle)
 
     @property
     def index(self) -> int:
         """Index within its collection."""
+        if "index" in self._group.members:
+            return self._field("index")  # type: ignore[no-any-return]
         return int(self._table.index_in_parent()[self._table.row_of(self._handle)])
 
     @property
     def is_valid(self) -> bool:
         """Whether the row still exists."""
+        if "is_valid" in self._group.members:
+            return self._field("is_valid")  # type: ignore[no-any-return]
         return self._table.is_valid(self._handle)
 
     @property
     def name(self) -> str:
         """Name of the row: ``landmarks[5].frines[2]``."""
+        if "name" in self._group.members:
+            return self._field("name")  # type: ignore[no-any-return]
         return self._table.row_name(self._table.row_of(self._handle))
 
     def __eq__(self, other: object) -> bool:
@@ -73,9 +78,6 @@ class Ref(Fields):
             return f"<stale ref into {self._table.label}>"
         name = self._table.row_name(self._table.row_of(self._handle))
         return f"<{self._group.struct} {name}: {summary(self)}>"
-
-
-OWN = frozenset({"row", "index", "is_valid", "name"})
 
 
 class Refs:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from arael.geometry.arrays import Array, as_array, as_numbers
 from arael.geometry.rotations import euler_angles, rotation_matrix
@@ -87,7 +86,8 @@ def quat_from_matrix(rotation: ArrayLike) -> Array:
 
     A matrix that is nearly a rotation is projected to the nearest one, as in SciPy.
     """
-    # Imported here, because it takes longer to import than NumPy.
+    # imported here: start-up time
+    from scipy.spatial.transform import Rotation
 
     r = as_array(rotation, (3, 3), "rotation")
     if not r.size:

@@ -150,7 +150,7 @@ def why_read_only(path: StrPath) -> str:
     """Why a file must not be written or replaced; empty if it may be.
 
     A rename needs only a folder that is writable, and the administrator may write everything: so
-    the permissions of the file itself are looked at, and whether anybody has them.
+    the permissions of the file itself are looked at, and whether some user has them.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not _has_write_permission(target):

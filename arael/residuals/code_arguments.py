@@ -56,7 +56,7 @@ class Argument:
         return np.array_equal(self.refs._handles, other.refs._handles)
 
 
-def arguments(model: Any, given: Any, label: str) -> tuple[Argument, ...]:
+def arguments(model: Any, handles: Any, label: str) -> tuple[Argument, ...]:
     """Check the handles of a call of `Model.add_residuals`.
 
     Raises
@@ -64,38 +64,40 @@ def arguments(model: Any, given: Any, label: str) -> tuple[Argument, ...]:
     AraelError
         E0770: not parameters of the model.
     """
-    if isinstance(given, Parameter | Collection | Ref | Mapping) or not isinstance(given, Iterable):
+    if isinstance(handles, Parameter | Collection | Ref | Mapping) or not isinstance(
+        handles, Iterable
+    ):
         raise error(
             "E0770",
-            f"`parameters` is a list of parameters, found {_kind(given)}",
+            f"`parameters` is a list of parameters, found {_kind(handles)}",
             label,
             "write `parameters=[model.poses.pos]`",
         )
-    found = tuple(_argument(model, one, k, label) for k, one in enumerate(given))
+    found = tuple(_argument(model, one, k, label) for k, one in enumerate(handles))
     return found
 
 
-def _argument(model: Any, given: Any, number: int, label: str) -> Argument:
+def _argument(model: Any, handle: Any, number: int, label: str) -> Argument:
     where = f"{label}: parameters[{number}]"
-    if not isinstance(given, Parameter):
+    if not isinstance(handle, Parameter):
         raise error(
             "E0770",
-            f"expected a parameter of the model, found {_kind(given)}",
+            f"expected a parameter of the model, found {_kind(handle)}",
             where,
-            _advice(given),
+            _advice(handle),
         )
-    table = given._table
+    table = handle._table
     if table.store is not model._store:
         raise error(
             "E0770",
-            f"`{given._name}` is a parameter of another model instance",
+            f"`{handle._name}` is a parameter of another model instance",
             where,
             "take it from the model that the residuals are added to",
         )
-    column = given._column
+    column = handle._column
     refs = None
     if table.layout.path:
-        handles = np.atleast_1d(np.asarray(table.handles(given._rows()), dtype=np.int64))
+        handles = np.atleast_1d(np.asarray(table.handles(handle._rows()), dtype=np.int64))
         refs = Refs(table, handles.copy())
         present = np.ones(len(handles), bool)
         if column.within:
@@ -104,23 +106,23 @@ def _argument(model: Any, given: Any, number: int, label: str) -> Argument:
             row = int(refs.rows[np.argmin(present)])
             raise error(
                 "E0770",
-                f"`{table.name_of(row, given._path)}` is absent",
+                f"`{table.name_of(row, handle._path)}` is absent",
                 where,
                 f"`{column.within}` is optional: choose the rows that have it",
             )
-    return Argument(table.layout.path, given._path, refs, column.shape)
+    return Argument(table.layout.path, handle._path, refs, column.shape)
 
 
-def _kind(given: object) -> str:
-    if isinstance(given, np.ndarray):
-        return f"an array of shape {given.shape}"
-    if isinstance(given, Collection | Ref | Refs):
-        return f"rows of `{given._table.label}`"
-    return f"{type(given).__name__}"
+def _kind(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}"
+    if isinstance(value, Collection | Ref | Refs):
+        return f"rows of `{value._table.label}`"
+    return f"{type(value).__name__}"
 
 
-def _advice(given: object) -> str:
-    if isinstance(given, Collection | Ref | Refs):
+def _advice(value: object) -> str:
+    if isinstance(value, Collection | Ref | Refs):
         return "name a parameter of these rows: `model.poses.pos`, `model.poses[3].pos`"
     return (
         "choose rows before the parameter: `model.poses[rows].pos` is a parameter, "
@@ -128,7 +130,7 @@ def _advice(given: object) -> str:
     )
 
 
-def columns(given: Mapping[str, Any] | None, label: str) -> dict[str, Array]:
+def columns(data: Mapping[str, Any] | None, label: str) -> dict[str, Array]:
     """Check data: arrays of numbers with one row per instance, or single numbers.
 
     Raises
@@ -136,14 +138,14 @@ def columns(given: Mapping[str, Any] | None, label: str) -> dict[str, Array]:
     AraelError
         E0770: no numbers, or no names.
     """
-    if given is not None and not isinstance(given, Mapping):
+    if data is not None and not isinstance(data, Mapping):
         raise error(
             "E0770",
-            f"data is given by name, found {_kind(given)}",
+            f"data is given by name, found {_kind(data)}",
             label,
             'write `data={"name": array}`',
         )
-    return {name: column(name, value, label) for name, value in (given or {}).items()}
+    return {name: column(name, value, label) for name, value in (data or {}).items()}
 
 
 def column(name: Any, value: Any, label: str) -> Array:
@@ -151,20 +153,20 @@ def column(name: Any, value: Any, label: str) -> Array:
     problem = label_problem(name)
     if problem:
         raise error("E0770", f"{name!r:.60} cannot name a data column: {problem}", label)
-    found = np.array(value) if not isinstance(value, np.ndarray) else value.copy()
-    if found.dtype.kind not in "fiub":
+    array = np.array(value) if not isinstance(value, np.ndarray) else value.copy()
+    if array.dtype.kind not in "fiub":
         raise error(
             "E0770",
-            f"expected numbers, found {found.dtype} of shape {found.shape}",
+            f"expected numbers, found {array.dtype} of shape {array.shape}",
             f"{label}: {name}",
             "give anything else to the function itself: `functools.partial(function, camera=...)`",
         )
-    if found.dtype.kind == "f":
-        found = found.astype(np.float64)
-    return np.ascontiguousarray(found)
+    if array.dtype.kind == "f":
+        array = array.astype(np.float64)
+    return np.ascontiguousarray(array)
 
 
-def count(given: tuple[Argument, ...], data: Mapping[str, Array], label: str) -> int:
+def count(arguments_: tuple[Argument, ...], data: Mapping[str, Array], label: str) -> int:
     """Number of instances: that of rows and data columns.
 
     Raises
@@ -172,13 +174,13 @@ def count(given: tuple[Argument, ...], data: Mapping[str, Array], label: str) ->
     AraelError
         E0770: they differ.
     """
-    sizes = [(a.name, len(a.refs)) for a in given if a.refs is not None and len(a.refs) != 1]
+    sizes = [(a.name, len(a.refs)) for a in arguments_ if a.refs is not None and len(a.refs) != 1]
     sizes += [(name, len(x)) for name, x in data.items() if x.ndim and len(x) != 1]
     if len({n for _, n in sizes}) > 1:
-        found = ", ".join(f"`{name}` has {n}" for name, n in sizes)
+        sizes_text = ", ".join(f"`{name}` has {n}" for name, n in sizes)
         raise error(
             "E0770",
-            f"parameters and data differ in their number of rows: {found}",
+            f"parameters and data differ in their number of rows: {sizes_text}",
             label,
             "the first axis of a data column counts instances; give constants to the function "
             "itself: `functools.partial(function, K=K)`",
@@ -187,8 +189,19 @@ def count(given: tuple[Argument, ...], data: Mapping[str, Array], label: str) ->
 
 
 @dataclass(frozen=True)
-class Placed:
-    """An argument in the entities of a problem: its scalars in those of use `use`."""
+class PlacedArgument:
+    """An argument in the entities of a problem: its scalars in those of use `use`.
+
+    Attributes
+    ----------
+    argument : the parameter and its rows
+    use : number of the use of its group by which the entity is read
+    entity : the entity that has the parameter
+    stored_start, stored : first of its stored numbers in the entity, and how many
+    tangent_start, tangent : the same of its tangent scalars
+    kind : of the parameter, as `Param.kind`
+    tangent_names : name of each tangent scalar
+    """
 
     argument: Argument
     use: int

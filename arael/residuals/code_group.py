@@ -23,7 +23,7 @@ from arael.compiler.losses import robust_rows
 from arael.compiler.scalarise import RawInput, StateInput
 from arael.diagnostics.records import Findings, Source, Span
 from arael.residuals.code import LARGEST, CodeResidual
-from arael.residuals.code_arguments import Argument, Placed
+from arael.residuals.code_arguments import Argument, PlacedArgument
 from arael.residuals.declared import Declared
 from arael.residuals.expression import RuntimeResidual
 from arael.residuals.messages import error
@@ -50,7 +50,7 @@ class CodeGroup:
     code: CodeResidual
     group: Group
     entities: tuple[tuple[str, str], ...]
-    placed: tuple[Placed, ...]
+    placed: tuple[PlacedArgument, ...]
     program: Program
     rows: CodeRows
     table: Table
@@ -72,7 +72,7 @@ class CodeRows(RowsTable):
 
     def row_name(self, row: int) -> str:
         """Name of an instance with its parameters: ``near[3] of poses[3].pos, poses[4].pos``."""
-        names = ", ".join(one.name_at(row) for one in self._code.arguments)
+        names = ", ".join(argument.name_at(row) for argument in self._code.arguments)
         return f"{super().row_name(row)} of {names}"
 
 
@@ -161,7 +161,7 @@ def placed_of(
     states: Sequence[StateModel],
     label: str,
     uses: Sequence[int] | None = None,
-) -> tuple[Placed, ...]:
+) -> tuple[PlacedArgument, ...]:
     """The arguments in their entities.
 
     Raises
@@ -169,13 +169,13 @@ def placed_of(
     AraelError
         E0770: a parameter that is never solved for.
     """
-    found = []
+    placed = []
     for k, argument in enumerate(arguments):
         state = _state(states, argument, label)
         at = state.stored_at[argument.column]
         first = at.tangent_start
-        found.append(
-            Placed(
+        placed.append(
+            PlacedArgument(
                 argument,
                 k if uses is None else uses[k],
                 state.entity,
@@ -187,7 +187,7 @@ def placed_of(
                 state.entity.tangent_names[first : first + at.tangent],
             )
         )
-    return tuple(found)
+    return tuple(placed)
 
 
 def _state(states: Sequence[StateModel], argument: Argument, label: str) -> StateModel:
@@ -217,22 +217,22 @@ def _loss(code: CodeResidual, path: str, around: Surroundings, declared: Declare
     text = RuntimeResidual("0", code.label, loss=code.loss)
     reader = reader_for(text, path, around, declared.declarations, report, declared.constants.named)
     assert text._loss_tree is not None
-    found = loss_of(reader, text._loss_tree)
+    loss = loss_of(reader, text._loss_tree)
     report.stop()
-    assert found is not None
-    if any(isinstance(node, Read) for node in postorder([found.value])):
+    assert loss is not None
+    if any(isinstance(node, Read) for node in postorder([loss.value])):
         raise error(
             "E0770",
             f"the scale of the loss `{code.loss}` is not a constant",
             code.label,
             "write a number, or apply the loss within the function",
         )
-    return found
+    return loss
 
 
 def _tape(
     code: CodeResidual,
-    placed: Sequence[Placed],
+    placed: Sequence[PlacedArgument],
     models: Sequence[StateModel],
     uses: Sequence[Use],
     loss: Loss | None,
@@ -262,8 +262,8 @@ def _tape(
         for one, wide in zip(placed, widths, strict=True):
             entries = data[at : at + wide]
             at += wide
-            found = _by_step(graph, one, models[uses[one.use].entity], entries, ambient)
-            for tangent, value in found.items():
+            derivatives = _by_step(graph, one, models[uses[one.use].entity], entries, ambient)
+            for tangent, value in derivatives.items():
                 place = one.use, tangent
                 row[place] = graph.op("add", row[place], value) if place in row else value
     rows = [seeds[node] for node in residuals]
@@ -286,21 +286,27 @@ def _tape(
 
 
 def _by_step(
-    graph: BoundedGraph, one: Placed, state: StateModel, entries: Sequence[int], ambient: bool
+    graph: BoundedGraph,
+    place: PlacedArgument,
+    state: StateModel,
+    entries: Sequence[int],
+    ambient: bool,
 ) -> dict[int, int]:
     """Derivatives by the tangent scalars of an entity from entries of the function's Jacobian."""
     if not ambient:
-        return {one.tangent_start + k: entry for k, entry in enumerate(entries)}
-    found: dict[int, int] = {}
+        return {place.tangent_start + k: entry for k, entry in enumerate(entries)}
+    derivatives: dict[int, int] = {}
     for k, entry in enumerate(entries):
-        tangents = state.tangents[one.stored_start + k]
+        tangents = state.tangents[place.stored_start + k]
         nodes = list(tangents.values())
-        known = {
-            state.graph.input(o): graph.input(StateInput(one.use, o))
+        inputs = {
+            state.graph.input(o): graph.input(StateInput(place.use, o))
             for o in see_inputs(state.graph, nodes)
         }
-        copies = state.graph.copy(nodes, graph, known)
+        copies = state.graph.copy(nodes, graph, inputs)
         for tangent, node in zip(tangents, copies, strict=True):
             term = graph.op("mul", entry, node)
-            found[tangent] = graph.op("add", found[tangent], term) if tangent in found else term
-    return found
+            derivatives[tangent] = (
+                graph.op("add", derivatives[tangent], term) if tangent in derivatives else term
+            )
+    return derivatives

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
 from arael.residuals.code import CodeResidual, CodeUpdate
-from arael.residuals.code_arguments import Placed
+from arael.residuals.code_arguments import PlacedArgument
 from arael.runtime.failures import FunctionError
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.store.access import Ints
@@ -31,10 +31,10 @@ class CodeHook:
     The last result is kept: a step that was tried and accepted is not evaluated again.
     """
 
-    def __init__(self, code: CodeResidual, placed: Sequence[Placed]) -> None:
+    def __init__(self, code: CodeResidual, placed: Sequence[PlacedArgument]) -> None:
         self.code, self.placed = code, placed
         ambient = code.coordinates == "ambient"
-        self.widths = [one.stored if ambient else one.tangent for one in placed]
+        self.widths = [place.stored if ambient else place.tangent for place in placed]
         self.restart()
 
     def restart(self) -> None:
@@ -82,8 +82,8 @@ class CodeHook:
 
     def _take(self, states: Sequence[Floats], rows: Ints, derivatives: bool) -> None:
         """Call the function and keep what it returns."""
-        found = self._called(self.code.function, states, rows, derivatives)
-        parts = found if isinstance(found, tuple) else (found,)
+        result = self._called(self.code.function, states, rows, derivatives)
+        parts = result if isinstance(result, tuple) else (result,)
         if not 1 <= len(parts) <= 3:
             raise self._wrong(
                 f"returned a tuple of {len(parts)}",
@@ -112,17 +112,22 @@ class CodeHook:
             self._note("differences")
             self._entries = self._differences(states, rows)
 
-    def _keep_entries(self, given: Any, rows: Ints) -> None:
+    def _keep_entries(self, jacobians: Any, rows: Ints) -> None:
         """Check Jacobians, one for each parameter, and keep them side by side."""
         n, size = len(rows), self.code.size
-        one = len(self.placed) == 1
-        parts = [given] if one and not isinstance(given, tuple | list) else given
-        if one and isinstance(given, list) and given and not hasattr(given[0], "shape"):
-            parts = [given]
+        single = len(self.placed) == 1
+        parts = [jacobians] if single and not isinstance(jacobians, tuple | list) else jacobians
+        if (
+            single
+            and isinstance(jacobians, list)
+            and jacobians
+            and not hasattr(jacobians[0], "shape")
+        ):
+            parts = [jacobians]
         if not isinstance(parts, tuple | list) or len(parts) != len(self.placed):
-            found = f"{len(parts)}" if isinstance(parts, tuple | list) else type(parts).__name__
+            returned = f"{len(parts)}" if isinstance(parts, tuple | list) else type(parts).__name__
             raise self._wrong(
-                f"returned {found} as Jacobians of {len(self.placed)} parameters",
+                f"returned {returned} as Jacobians of {len(self.placed)} parameters",
                 "return a list with one array for each parameter, in their order",
             )
         arrays = [
@@ -138,45 +143,47 @@ class CodeHook:
         self._note("given")
         self._entries = np.concatenate(arrays, axis=2)
 
-    def _array(self, given: Any, shape: tuple[int, ...], what: str) -> Floats:
+    def _array(self, result: Any, shape: tuple[int, ...], what: str) -> Floats:
         """A result as f64 of the shape that is expected; axes of length 1 may be left out."""
-        if hasattr(given, "detach"):  # PyTorch
-            given = given.detach().cpu()
+        if hasattr(result, "detach"):  # PyTorch
+            result = result.detach().cpu()
         try:
-            found = np.asarray(given)
+            array = np.asarray(result)
         except (TypeError, ValueError):
-            found = np.asarray(None)
+            array = np.asarray(None)
         expected = " x ".join(map(str, shape))
-        if found.dtype.kind not in "fiu":
-            kind = type(given).__name__ if found.dtype.kind == "O" else str(found.dtype)
+        if array.dtype.kind not in "fiu":
+            kind = type(result).__name__ if array.dtype.kind == "O" else str(array.dtype)
             raise self._wrong(
                 f"returned {kind} as {what}", f"expected real numbers of shape {expected}"
             )
-        if [k for k in found.shape if k != 1] != [k for k in shape if k != 1]:
+        if [k for k in array.shape if k != 1] != [k for k in shape if k != 1]:
             raise self._wrong(
-                f"returned {what} of shape {' x '.join(map(str, found.shape)) or '()'}",
+                f"returned {what} of shape {' x '.join(map(str, array.shape)) or '()'}",
                 f"expected {expected}: instances, residuals"
                 + (", coordinates" if len(shape) == 3 else ""),
             )
-        return np.array(found, dtype=np.float64).reshape(shape)
+        return np.array(array, dtype=np.float64).reshape(shape)
 
-    def _triplets(self, given: Any, n: int) -> Triplets | None:
+    def _triplets(self, result: Any, n: int) -> Triplets | None:
         """Second-order terms: (instance, row, column, value), or (n, k, k) symmetric matrices."""
         tangents = np.concatenate([np.arange(p.tangent) + p.tangent_start for p in self.placed])
         uses = np.concatenate([np.full(p.tangent, p.use) for p in self.placed])
         k = len(tangents)
-        if isinstance(given, tuple):
-            if len(given) != 4:
+        if isinstance(result, tuple):
+            if len(result) != 4:
                 raise self._wrong(
-                    f"returned {len(given)} arrays as triplets of the Hessian",
+                    f"returned {len(result)} arrays as triplets of the Hessian",
                     "expected instance, row, column and value, each (m,)",
                 )
             instance, row, column = (
                 self._numbers(part, f"{what} of the Hessian")
-                for part, what in zip(given, ("instances", "rows", "columns"), strict=False)
+                for part, what in zip(result, ("instances", "rows", "columns"), strict=False)
             )
             m = len(instance)
-            value = self._array(given[3], (np.size(given[3]),), "values of the Hessian").reshape(-1)
+            value = self._array(result[3], (np.size(result[3]),), "values of the Hessian").reshape(
+                -1
+            )
             lengths = {m, len(row), len(column), len(value)}
             if len(lengths) != 1:
                 raise self._wrong(
@@ -195,7 +202,7 @@ class CodeHook:
                         f"expected 0 .. {end - 1}",
                     )
         else:
-            dense = self._array(given, (n, k, k), "Hessian")
+            dense = self._array(result, (n, k, k), "Hessian")
             low, high = np.tril_indices(k)
             instance = np.repeat(np.arange(n), len(low))
             row, column = np.tile(low, n), np.tile(high, n)
@@ -205,15 +212,15 @@ class CodeHook:
             raise self._wrong(f"returned a Hessian that is not finite for {self._instance(at)}", "")
         return instance, uses[row], tangents[row], uses[column], tangents[column], value
 
-    def _numbers(self, given: Any, what: str) -> Ints:
+    def _numbers(self, result: Any, what: str) -> Ints:
         """Whole numbers (m,)."""
         try:
-            found = np.asarray(given)
+            numbers = np.asarray(result)
         except (TypeError, ValueError):
-            found = np.asarray(None)
-        if found.dtype.kind not in "iu" and found.size:
-            raise self._wrong(f"returned {found.dtype} as {what}", "expected whole numbers, (m,)")
-        return found.astype(np.int64).reshape(-1)
+            numbers = np.asarray(None)
+        if numbers.dtype.kind not in "iu" and numbers.size:
+            raise self._wrong(f"returned {numbers.dtype} as {what}", "expected whole numbers, (m,)")
+        return numbers.astype(np.int64).reshape(-1)
 
     # --- derivatives by differences --------------------------------------------------------------
 
@@ -234,12 +241,15 @@ class CodeHook:
                     moved = evaluate(place.entity.refresh, [*state.T, *delta.T])
                     there = list(states)
                     there[place.use] = np.stack(
-                        [np.broadcast_to(one, len(rows)) for one in moved[: state.shape[1]]],
+                        [
+                            np.broadcast_to(coordinate, len(rows))
+                            for coordinate in moved[: state.shape[1]]
+                        ],
                         axis=1,
                     )
-                    found = self._called(self.code.function, there, rows, False)
-                    found = found[0] if isinstance(found, tuple) else found
-                    both.append(self._array(found, (len(rows), self.code.size), "residuals"))
+                    residuals = self._called(self.code.function, there, rows, False)
+                    residuals = residuals[0] if isinstance(residuals, tuple) else residuals
+                    both.append(self._array(residuals, (len(rows), self.code.size), "residuals"))
                 parts.append((both[0] - both[1]) / (2 * step[:, None]))
         return np.stack(parts, axis=2)
 
@@ -261,7 +271,7 @@ class CodeHook:
         except Exception as failure:
             raise self._failed(function, failure, values, data) from _without_us(failure)
 
-    def _values(self, place: Placed, states: Sequence[Floats]) -> Floats:
+    def _values(self, place: PlacedArgument, states: Sequence[Floats]) -> Floats:
         state = states[place.use]
         part = state[:, place.stored_start : place.stored_start + place.stored]
         return np.array(part.reshape(len(state), *place.argument.shape))
@@ -304,10 +314,10 @@ class CodeHook:
         )
 
     def _instance(self, at: int) -> str:
-        names = ", ".join(f"`{one.name_at(at)}`" for one in self.code.arguments)
+        names = ", ".join(f"`{argument.name_at(at)}`" for argument in self.code.arguments)
         return f"instance {at} ({names})"
 
-    def _not_finite(self, array: Floats, place: Placed, at: int, row: int) -> FunctionError:
+    def _not_finite(self, array: Floats, place: PlacedArgument, at: int, row: int) -> FunctionError:
         bad = np.argwhere(~np.isfinite(array[at]))[0]
         value = array[at][tuple(bad)]
         name = f"{place.argument.name_at(row)}"
@@ -339,7 +349,7 @@ class CodeHook:
 class UpdateHook:
     """Calls a function before each linearisation; an `arael.runtime.evaluation.hooks.Update`."""
 
-    def __init__(self, update: CodeUpdate, placed: Sequence[tuple[int, Placed]]) -> None:
+    def __init__(self, update: CodeUpdate, placed: Sequence[tuple[int, PlacedArgument]]) -> None:
         self.update, self.placed = update, placed
 
     def __call__(self, rows_of: Callable[[int], Floats]) -> None:
@@ -370,10 +380,11 @@ def _first_failing(
     """The first instance for which the function raises the same; None if that is not one alone."""
     n = len(values[0])
     for at in range(min(n, _SEARCHED)):
-        one = slice(at, at + 1)
+        instance = slice(at, at + 1)
         try:
             function(
-                *(x[one] for x in values), **{k: x[one] if x.ndim else x for k, x in data.items()}
+                *(x[instance] for x in values),
+                **{k: x[instance] if x.ndim else x for k, x in data.items()},
             )
         except Exception as error:
             if type(error) is not type(failure):
@@ -385,9 +396,12 @@ def _first_failing(
     return None
 
 
-def _raises(function: Callable[..., Any], values: Any, data: Any, one: slice) -> bool:
+def _raises(function: Callable[..., Any], values: Any, data: Any, instance: slice) -> bool:
     try:
-        function(*(x[one] for x in values), **{k: x[one] if x.ndim else x for k, x in data.items()})
+        function(
+            *(x[instance] for x in values),
+            **{k: x[instance] if x.ndim else x for k, x in data.items()},
+        )
     except Exception:
         return True
     return False

@@ -75,43 +75,48 @@ def _pointers(arrays: Sequence[Floats]) -> Any:
     return ctypes.cast(made, ctypes.c_void_p)
 
 
-def native_code(given: Any, label: str) -> NativeCode | None:
-    """`given` as a C function; None if it is none.
+def native_code(handle: Any, label: str) -> NativeCode | None:
+    """`handle` as a C function; None if it is none.
 
     Raises
     ------
     AraelError
         E0770: a C function of another signature, which would crash the process.
     """
-    inner = getattr(given, "ctypes", None)
-    if isinstance(getattr(given, "address", None), int) and isinstance(inner, CFuncPtr):
-        return _of_ctypes(given, inner, label)  # numba
-    if isinstance(given, CFuncPtr):
-        return _of_ctypes(given, given, label)
+    inner = getattr(handle, "ctypes", None)
+    if isinstance(getattr(handle, "address", None), int) and isinstance(inner, CFuncPtr):
+        return _of_ctypes(handle, inner, label)  # numba
+    if isinstance(handle, CFuncPtr):
+        return _of_ctypes(handle, handle, label)
     backend = sys.modules.get("_cffi_backend")
-    if backend is not None and isinstance(given, backend._CDataBase):
+    if backend is not None and isinstance(handle, backend._CDataBase):
         ffi = backend.FFI()
-        return _checked(given, int(ffi.cast("intptr_t", given)), ffi.typeof(given).cname, label)
-    if type(given).__name__ == "PyCapsule":
+        return _checked(handle, int(ffi.cast("intptr_t", handle)), ffi.typeof(handle).cname, label)
+    if type(handle).__name__ == "PyCapsule":
         api = ctypes.pythonapi
         name = ctypes.PYFUNCTYPE(ctypes.c_char_p, ctypes.py_object)(("PyCapsule_GetName", api))(
-            given
+            handle
         )
         address = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
             ("PyCapsule_GetPointer", api)
-        )(given, name)
-        return _checked(given, address or 0, (name or b"").decode("utf-8", "replace"), label)
+        )(handle, name)
+        return _checked(handle, address or 0, (name or b"").decode("utf-8", "replace"), label)
     return None
 
 
-def _of_ctypes(given: Any, function: Any, label: str) -> NativeCode:
-    found = function.argtypes
+def _of_ctypes(handle: Any, function: Any, label: str) -> NativeCode:
+    argument_types = function.argtypes
     fits = (
-        found is not None
-        and len(found) == 5
-        and found[0] in _WHOLE
-        and all(one is ctypes.c_void_p or hasattr(one, "_type_") for one in found[1:])
-        and not any(one in (ctypes.c_double, ctypes.c_float) for one in found)
+        argument_types is not None
+        and len(argument_types) == 5
+        and argument_types[0] in _WHOLE
+        and all(
+            argument_type is ctypes.c_void_p or hasattr(argument_type, "_type_")
+            for argument_type in argument_types[1:]
+        )
+        and not any(
+            argument_type in (ctypes.c_double, ctypes.c_float) for argument_type in argument_types
+        )
         and function.restype in (ctypes.c_int, ctypes.c_int32)
     )
     if not fits:
@@ -120,17 +125,17 @@ def _of_ctypes(given: Any, function: Any, label: str) -> NativeCode:
             "set `restype = ctypes.c_int` and "
             "`argtypes = [ctypes.c_int64] + [ctypes.c_void_p] * 4`",
         )
-    return NativeCode(given, ctypes.cast(function, ctypes.c_void_p).value or 0)
+    return NativeCode(handle, ctypes.cast(function, ctypes.c_void_p).value or 0)
 
 
-def _checked(given: Any, address: int, signature: str, label: str) -> NativeCode:
+def _checked(handle: Any, address: int, signature: str, label: str) -> NativeCode:
     match = re.search(r"^\s*(\w+)\s*(?:\(\*\))?\s*\(([^()]*)\)", signature)
     types = [] if match is None else [_type(part) for part in match[2].split(",")]
     expected = ["double**", "double**", "double*", "double**"]
     whole = ("int64_t", "long", "longlong", "Py_ssize_t", "npy_intp", "intp_t")
     if match is None or match[1] != "int" or types[1:] != expected or types[0] not in whole:
         raise _wrong(label, f"found `{' '.join(signature.split())}`")
-    return NativeCode(given, address)
+    return NativeCode(handle, address)
 
 
 def _type(text: str) -> str:
@@ -141,5 +146,5 @@ def _type(text: str) -> str:
     return base + "*" * words.count("*")
 
 
-def _wrong(label: str, found: str) -> Exception:
-    return error("E0770", f"a C function of another signature than `{SIGNATURE}`", label, found)
+def _wrong(label: str, detail: str) -> Exception:
+    return error("E0770", f"a C function of another signature than `{SIGNATURE}`", label, detail)

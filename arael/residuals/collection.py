@@ -9,8 +9,9 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 from arael.check.report import Reporter
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import Findings
+from arael.residuals.augmented_model import AugmentedModel
 from arael.residuals.code import CodeResidual, CodeUpdate
-from arael.residuals.code_arguments import Placed
+from arael.residuals.code_arguments import PlacedArgument
 from arael.residuals.code_group import CodeGroup, group_of, placed_of
 from arael.residuals.compilation import compile_all
 from arael.residuals.copying import State, restore, state_of
@@ -24,7 +25,6 @@ from arael.residuals.expression import (
     require_residual,
 )
 from arael.residuals.messages import error
-from arael.residuals.posed import Posed
 from arael.residuals.resolution import reader_for
 from arael.residuals.scope import ResidualNames
 from arael.runtime.problem import Problem
@@ -55,7 +55,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
 
     def __init__(self, model: Any) -> None:
         super().__init__(model)
-        self._posed: Posed | None = None
+        self._posed: AugmentedModel | None = None
 
     # --- adding and removing -------------------------------------------------------------------
 
@@ -91,7 +91,9 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             )
         else:
             require_residual(residual)
-            if any(one is not None for one in (label, parameters, data, entities, loss, when)):
+            if any(
+                argument is not None for argument in (label, parameters, data, entities, loss, when)
+            ):
                 raise error(
                     "E0763",
                     "only with a text, parameters and data can be given here",
@@ -129,7 +131,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     @property
     def code(self) -> Mapping[str, CodeResidual]:
         """Residuals by own code, by name."""
-        return {label: one.code for label, one in self._codes.items()}
+        return {label: code_group.code for label, code_group in self._codes.items()}
 
     @property
     def priors(self) -> Mapping[str, CodeResidual]:
@@ -139,7 +141,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     @property
     def updates(self) -> Mapping[str, CodeUpdate]:
         """Functions that are called before each linearisation, by name."""
-        return {label: one for label, (one, _) in self._updates.items()}
+        return {label: update for label, (update, _) in self._updates.items()}
 
     def state(self) -> State:
         """Everything as plain data, from which `restore` makes the residuals of a copy."""
@@ -197,13 +199,13 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
 
     def _remove_code(self, label: str, which: object) -> bool:
         """Remove what has a function; False if there is nothing of that name."""
-        known = self._codes[label].code if label in self._codes else self.updates.get(label)
-        if known is None or not (isinstance(which, str) or which is known):
+        holder = self._codes[label].code if label in self._codes else self.updates.get(label)
+        if holder is None or not (isinstance(which, str) or which is holder):
             return False
         self._codes.pop(label, None)
         self._updates.pop(label, None)
-        if isinstance(known, CodeResidual):
-            known._owner = None
+        if isinstance(holder, CodeResidual):
+            holder._owner = None
         self._posed = None
         return True
 
@@ -214,8 +216,8 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             code.code._owner = None
         self._codes.clear()
         self._updates.clear()
-        for one in (*self._derived.values(),):
-            one.residual._owner = None
+        for derived in (*self._derived.values(),):
+            derived.residual._owner = None
         for definition in self._definitions.values():
             definition._owner = None
         self._derived.clear()
@@ -290,10 +292,12 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             E0763 there is no such residual; E0801-E0803 there is no working C compiler. The
             residuals are then unchanged.
         """
-        for one in residuals:
-            if not isinstance(one, str):
-                require_residual(one)
-        chosen = [one if isinstance(one, str) else one.label for one in residuals] or list(self)
+        for residual in residuals:
+            if not isinstance(residual, str):
+                require_residual(residual)
+        chosen = [
+            residual if isinstance(residual, str) else residual.label for residual in residuals
+        ] or list(self)
         for label in chosen:
             if label not in self._derived:
                 raise self._unknown(label)
@@ -319,7 +323,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     @property
     def parameters(self) -> dict[str, Any]:
         """Values of the parameters of all runtime residuals by name."""
-        return {name: v for one in self.values() for name, v in one.parameters.items()}
+        return {name: v for residual in self.values() for name, v in residual.parameters.items()}
 
     def value(self, name: str) -> float | Array:
         """The value of a named expression at the current values.
@@ -345,12 +349,12 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         probe.entities = definition.entities
         derived = self._derive(probe, constant_too=True)
         posed = self._pose([derived])
-        found = self._rows_of(posed, len(posed.layout.groups) - 1)
-        if found.shape[1] == 1:
-            found = found[:, 0]
-        if len(found) != 1:
-            return found
-        return float(found[0]) if found.ndim == 1 else found[0]
+        values = self._rows_of(posed, len(posed.layout.groups) - 1)
+        if values.shape[1] == 1:
+            values = values[:, 0]
+        if len(values) != 1:
+            return values
+        return float(values[0]) if values.ndim == 1 else values[0]
 
     def unweighted(self, label: str) -> tuple[Array, Array]:
         """Residuals (rows, m) of one without its loss: without factors of data alone, and with.
@@ -365,22 +369,22 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         if not isinstance(label, str) or label not in self._derived:
             raise self._unknown(label)
         residual = self._derived[label].residual
-        found = []
+        before_loss = []
         for text in (measured_part(residual), residual.text):
             probe = RuntimeResidual(text, "value", when=residual.when)
             probe.label, probe._data = label, residual._data
             probe.entities = residual.entities
             derived = self._derive(probe, constant_too=True)
             posed = self._pose([derived])
-            found.append(self._rows_of(posed, len(posed.layout.groups) - 1))
-        return found[0], found[1]
+            before_loss.append(self._rows_of(posed, len(posed.layout.groups) - 1))
+        return before_loss[0], before_loss[1]
 
     def _before_loss(self, label: str) -> tuple[Array, Array]:
         """Residuals of own code as the function returns them, twice."""
         problem = self._model._problem()
         assert problem.hooks is not None
-        found = problem.hooks.columns_at(self._number(label), problem.states, False)
-        return found, found.copy()
+        values = problem.hooks.columns_at(self._number(label), problem.states, False)
+        return values, values.copy()
 
     def __getitem__(self, label: str) -> RuntimeResidual:
         if not isinstance(label, str) or label not in self._derived:
@@ -395,7 +399,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
 
     def __repr__(self) -> str:
         shown = (*self._definitions.values(), *self.values(), *self.code.values())
-        lines = [repr(one) for one in (*shown, *self.updates.values())]
+        lines = [repr(residual) for residual in (*shown, *self.updates.values())]
         return "\n".join(["<runtime residuals>", *(f"  {line}" for line in lines)])
 
     # --- deriving ---------------------------------------------------------------------------------
@@ -423,9 +427,9 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     def _users(self, label: str) -> list[Derived]:
         """Residuals other than `label` that read it."""
         return [
-            one
-            for one in self._derived.values()
-            if one.residual.label != label and label in one.found.needs
+            derived
+            for derived in self._derived.values()
+            if derived.residual.label != label and label in derived.reads.needs
         ]
 
     def _reads(self, definition: Definition) -> Iterable[str]:
@@ -438,15 +442,15 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         )
         reader.value(definition._tree)
         report.stop()
-        return reader.found.needs
+        return reader.reads.needs
 
     @_alone
     def _changed(self, expression: Expression) -> None:
         """Rederive all users of `expression`, whose text has changed; all or nothing."""
         if isinstance(expression, Definition):
             self._reads(expression)
-        own = self._derived.get(expression.label)
-        affected = [*([own] if own is not None else []), *self._users(expression.label)]
+        derived = self._derived.get(expression.label)
+        affected = [*([derived] if derived is not None else []), *self._users(expression.label)]
         fresh = {one.residual.label: self._derive(one.residual) for one in affected}
         self._derived.update(fresh)
         self._posed = None
@@ -465,7 +469,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     # --- solving ----------------------------------------------------------------------------------
 
     @_alone
-    def posed(self) -> Posed:
+    def posed(self) -> AugmentedModel:
         """The model with its residuals, in the form of the solver."""
         if self._posed is None:
             self._posed = self._pose(
@@ -480,9 +484,9 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         self,
         derived: list[Derived],
         codes: Sequence[CodeGroup] = (),
-        updates: Sequence[tuple[CodeUpdate, tuple[Placed, ...]]] = (),
-    ) -> Posed:
-        return Posed(
+        updates: Sequence[tuple[CodeUpdate, tuple[PlacedArgument, ...]]] = (),
+    ) -> AugmentedModel:
+        return AugmentedModel(
             self._functions.layout,
             self._model._store,
             self._owners(),
@@ -501,7 +505,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     def _residuals_of(self, label: str) -> Array:
         return self._rows_of(self.posed(), self._number(label))
 
-    def _rows_of(self, posed: Posed, number: int) -> Array:
+    def _rows_of(self, posed: AugmentedModel, number: int) -> Array:
         posed.check()
         compiled = self._model._compiled
         problem = Problem(
@@ -511,5 +515,5 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             programs=posed.programs,
             bindings={**compiled.bindings, **posed.bindings},
         )
-        found: Array = problem.evaluation.group_rows(number)[0]
-        return found
+        values: Array = problem.evaluation.group_rows(number)[0]
+        return values

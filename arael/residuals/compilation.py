@@ -38,8 +38,8 @@ def compile_all(derived: Sequence[Derived], layout: Layout) -> None:
     shared: dict[Hashable, int] = {}
     kernels: list[Kernel] = []
     numbers = []
-    for one in derived:
-        kernel = _numbered(one, entities)
+    for residual in derived:
+        kernel = _numbered(residual, entities)
         number = shared.setdefault(_code_of(kernel, entities), len(kernels))
         if number == len(kernels):
             kernels.append(kernel)
@@ -56,8 +56,8 @@ def compile_all(derived: Sequence[Derived], layout: Layout) -> None:
     )
     source = emit(Program(whole, tuple(kernels)), "of formulas given at run time", refreshed=False)
     capsule = kernels_of(source, whole.name, whole.source).table
-    for number, one in zip(numbers, derived, strict=True):
-        one.compiled = GroupKernel(capsule, number)
+    for number, residual in zip(numbers, derived, strict=True):
+        residual.compiled = GroupKernel(capsule, number)
 
 
 def _code_of(kernel: Kernel, entities: Sequence[Entity]) -> Hashable:

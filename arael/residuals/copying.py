@@ -87,31 +87,31 @@ def state_of(residuals: Any) -> State:
     """Copy texts, values, data and handles."""
     return State(
         residuals._functions.calls,
-        tuple(_copied(one) for one in residuals.definitions.values()),
-        tuple(_copied(one, residuals.is_compiled(one)) for one in residuals.values()),
+        tuple(_copied(source) for source in residuals.definitions.values()),
+        tuple(_copied(source, residuals.is_compiled(source)) for source in residuals.values()),
         (
-            *(_copied_code(one) for one in residuals.code.values()),
-            *(_copied_update(one) for one in residuals.updates.values()),
+            *(_copied_code(source) for source in residuals.code.values()),
+            *(_copied_update(source) for source in residuals.updates.values()),
         ),
     )
 
 
-def _copied_code(one: CodeResidual) -> CopiedCode:
-    data = {name: values.copy() for name, values in one._data.items()}
+def _copied_code(code: CodeResidual) -> CopiedCode:
+    data = {name: values.copy() for name, values in code._data.items()}
     return CopiedCode(
-        one.label,
-        one.function,
-        _places(one.arguments),
-        one.size,
+        code.label,
+        code.function,
+        _places(code.arguments),
+        code.size,
         data,
-        one.jacobian,
-        one.coordinates,
-        one.loss,
+        code.jacobian,
+        code.coordinates,
+        code.loss,
     )
 
 
-def _copied_update(one: CodeUpdate) -> CopiedCode:
-    return CopiedCode(one.label, one.function, _places(one.arguments))
+def _copied_update(update: CodeUpdate) -> CopiedCode:
+    return CopiedCode(update.label, update.function, _places(update.arguments))
 
 
 def _places(
@@ -122,13 +122,27 @@ def _places(
     )
 
 
-def _copied(one: Expression, compiled: bool = False) -> Copied:
+def _copied(expression: Expression, compiled: bool = False) -> Copied:
     handles = {
-        name: (refs._table.layout.path, refs._handles.copy()) for name, refs in one.entities.items()
+        name: (refs._table.layout.path, refs._handles.copy())
+        for name, refs in expression.entities.items()
     }
-    loss, when = (one.loss, one.when) if isinstance(one, RuntimeResidual) else (None, None)
-    data = {name: values.copy() for name, values in one._data.items()}
-    return Copied(one.text, one.label, one.parameters.given(), data, handles, loss, when, compiled)
+    loss, when = (
+        (expression.loss, expression.when)
+        if isinstance(expression, RuntimeResidual)
+        else (None, None)
+    )
+    data = {name: values.copy() for name, values in expression._data.items()}
+    return Copied(
+        expression.text,
+        expression.label,
+        expression.parameters.given(),
+        data,
+        handles,
+        loss,
+        when,
+        compiled,
+    )
 
 
 def restore(residuals: Any, state: State) -> None:
@@ -137,47 +151,54 @@ def restore(residuals: Any, state: State) -> None:
         residuals.functions(text, bind)
     tables = residuals._model._store.tables
 
-    def entities(one: Copied) -> dict[str, Refs]:
-        return {name: Refs(tables[path], at.copy()) for name, (path, at) in one.entities.items()}
+    def entities(copied: Copied) -> dict[str, Refs]:
+        return {name: Refs(tables[path], at.copy()) for name, (path, at) in copied.entities.items()}
 
     definitions = [
-        Definition(one.text, one.label, None, one.data, entities(one)) for one in state.definitions
+        Definition(copied.text, copied.label, None, copied.data, entities(copied))
+        for copied in state.definitions
     ]
-    found = [
+    copies = [
         RuntimeResidual(
-            one.text, one.label, one.parameters, one.data, entities(one), one.loss, one.when
+            copied.text,
+            copied.label,
+            copied.parameters,
+            copied.data,
+            entities(copied),
+            copied.loss,
+            copied.when,
         )
-        for one in state.residuals
+        for copied in state.residuals
     ]
-    residuals._add_all(definitions, found)
-    compiled = [one.label for one in state.residuals if one.compiled]
+    residuals._add_all(definitions, copies)
+    compiled = [copied.label for copied in state.residuals if copied.compiled]
     if compiled:
         residuals.compile(*compiled)
     for code in state.codes:
         _restore_code(residuals, code, tables)
 
 
-def _restore_code(residuals: Any, one: CopiedCode, tables: Any) -> None:
+def _restore_code(residuals: Any, copied: CopiedCode, tables: Any) -> None:
     model = residuals._model
     parameters = []
-    for path, column, handles in one.parameters:
+    for path, column, handles in copied.parameters:
         table = tables[path]
         rows = 0 if handles is None else table.rows_of(handles)
         parameters.append(Parameter(table, column, partial(_same, rows)))
-    if not one.size:
-        residuals.add_update(CodeUpdate(model, one.function, parameters, one.label))
+    if not copied.size:
+        residuals.add_update(CodeUpdate(model, copied.function, parameters, copied.label))
         return
     residuals.add_code(
         CodeResidual(
             model,
-            one.function,
+            copied.function,
             parameters,
-            one.size,
-            one.data,
-            one.jacobian,
-            one.coordinates,
-            one.loss,
-            one.label,
+            copied.size,
+            copied.data,
+            copied.jacobian,
+            copied.coordinates,
+            copied.loss,
+            copied.label,
         )
     )
 

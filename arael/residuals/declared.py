@@ -53,12 +53,15 @@ def declared(source: Source, before: Declarations, fixed: frozenset[str] = froze
         functions and constants.
     """
     report = Reporter(Findings())
-    found = gather(parse(source), None, report)
-    for struct in found.structs.values():
+    declarations = gather(parse(source), None, report)
+    for struct in declarations.structs.values():
         report.error(
             "E0608", struct.node.span, "expected functions and constants", label="a struct"
         )
-    items: list[tree.Function | tree.Const] = [*found.functions.values(), *found.consts.values()]
+    items: list[tree.Function | tree.Const] = [
+        *declarations.functions.values(),
+        *declarations.consts.values(),
+    ]
     for item in items:
         name = item.name.id
         if name in fixed:
@@ -71,11 +74,11 @@ def declared(source: Source, before: Declarations, fixed: frozenset[str] = froze
                 labels=[] if older is None else [Label(older.name.span, "the model declares it")],
                 help=["choose another name"],
             )
-    found.functions = {**before.functions, **found.functions}
-    found.consts = {**before.consts, **found.consts}
-    check_functions(found, report)
-    constants = Constants(found, report)
+    declarations.functions = {**before.functions, **declarations.functions}
+    declarations.consts = {**before.consts, **declarations.consts}
+    check_functions(declarations, report)
+    constants = Constants(declarations, report)
     constants.check_all()
     typed = type_functions(constants, report)
     report.stop()
-    return Declared(found, constants, Functions(typed))
+    return Declared(declarations, constants, Functions(typed))

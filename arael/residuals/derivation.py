@@ -20,7 +20,7 @@ from arael.diagnostics.records import Findings, Label
 from arael.residuals.declared import Declared
 from arael.residuals.expression import Expression, RuntimeResidual
 from arael.residuals.parameters import parameter_table
-from arael.residuals.reader import Found, Reader, Surroundings
+from arael.residuals.reader import FormulaReads, Reader, Surroundings
 from arael.residuals.resolution import reader_for
 from arael.residuals.rows import RowsTable
 from arael.runtime.evaluation.group_kernel import GroupKernel
@@ -34,15 +34,19 @@ class Derived:
 
     Attributes
     ----------
+    residual : its text and data
+    reads : what its formula and guard read
     kernel : its group, with entities numbered as in `entities`
     entities : (table, prefix) of each entity that it reads
     states : these entities
     program : program of the expression machine
+    rows : data and refs, a row for each instance
+    table : the layout of these rows
     compiled : the kernel used in its place, after `compile`
     """
 
     residual: RuntimeResidual
-    found: Found
+    reads: FormulaReads
     kernel: Kernel
     entities: tuple[tuple[str, str], ...]
     states: tuple[Entity, ...]
@@ -89,7 +93,7 @@ def derive(
     reader = reader_for(
         residual, path, around, declared.declarations, report, declared.constants.named
     )
-    found = reader.found
+    formula_reads = reader.reads
     guard = _guard_of(reader, residual)
     proved = frozenset() if guard is None else facts_of(guard, reader.slots.steps)[0]
     with reader.knowing(proved):
@@ -141,16 +145,16 @@ def derive(
         parent="",
         field=path,
         where=residual.label,
-        columns=tuple(found.columns.values()),
+        columns=tuple(formula_reads.columns.values()),
     )
     return Derived(
         residual,
-        found,
+        formula_reads,
         kernel,
         entities,
         tuple(s.entity for s in states),
         Program(kernel.group, [s.entity for s in states], single, natives),
-        RowsTable(residual.label, found.data, found.refs),
+        RowsTable(residual.label, formula_reads.data, formula_reads.refs),
         table,
     )
 
@@ -160,7 +164,7 @@ def _guard_of(t: Reader, residual: RuntimeResidual) -> Typed | None:
     if residual._when_tree is None:
         return None
     guard = condition(t, residual._when_tree)
-    t.found.guard_optionals, t.found.optionals = t.found.optionals, {}
+    t.reads.guard_optionals, t.reads.optionals = t.reads.optionals, {}
     if isinstance(guard, Broken):
         return None
     if moves(guard):
@@ -183,7 +187,7 @@ def _check_rows(t: Reader, values: Sequence[Typed], proved: frozenset[Fact]) -> 
         needs: Any = t.slots.needs.get(node.slot, ())
         for source, column in needs:
             key = (source.steps, source.table, column)
-            if (source.steps, column) not in proved and key not in t.found.optionals:
+            if (source.steps, column) not in proved and key not in t.reads.optionals:
                 t.fail(
                     "E0503",
                     node.span,

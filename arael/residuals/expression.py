@@ -260,14 +260,14 @@ def measured_part(residual: RuntimeResidual) -> str:
     return node.span.text
 
 
-def require_residual(given: object) -> None:
-    """Raise E0760 unless `given` is a residual."""
-    if isinstance(given, RuntimeResidual):
+def require_residual(value: object) -> None:
+    """Raise E0760 unless `value` is a residual."""
+    if isinstance(value, RuntimeResidual):
         return
-    found = "a function" if callable(given) else f"`{given!r:.60}`"
+    what = "a function" if callable(value) else f"`{value!r:.60}`"
     raise error(
         "E0760",
-        f"expected a formula as text or an `arael.runtime_residual`, found {found}",
+        f"expected a formula as text or an `arael.runtime_residual`, found {what}",
         "residuals.add",
         'write the formula as text: `add("norm(p.pos) - d", entities={"p": ...}, '
         'data={"d": ...})`; Python functions are bound with `functions(text, bind=...)`',
@@ -321,17 +321,17 @@ def numbers(name: str, value: Any, label: str) -> Array:
     """Data as f64: () one number for all rows, (n,) a number per row, (n, k) a vector per row."""
     where = f"{label}: {name}"
     try:
-        found = np.array(value, dtype=np.float64)
+        array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise error("E0762", f"expected numbers, found {value!r:.60}", where) from None
-    if found.ndim > 2 or (found.ndim == 2 and not 1 <= found.shape[1] <= 64):
+    if array.ndim > 2 or (array.ndim == 2 and not 1 <= array.shape[1] <= 64):
         raise error(
             "E0762",
             f"expected one number, or a number or a vector of at most 64 per row, "
-            f"found shape {found.shape}",
+            f"found shape {array.shape}",
             where,
         )
-    return found
+    return array
 
 
 def handles(name: str, value: Any, label: str) -> Refs:

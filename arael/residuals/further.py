@@ -50,13 +50,15 @@ class Further:
             As `Residuals.functions`.
         """
         model = self.schema.declared.declarations
-        found = declared(
+        extended_declarations = declared(
             Source("functions", text),
             self.declared.declarations,
             fixed=frozenset({*model.functions, *model.consts}),
         )
-        own = [f for f in found.functions.layouts() if f.name not in model.functions]
-        natives = {f.name: f for f in own if f.native}
+        added = [
+            f for f in extended_declarations.functions.layouts() if f.name not in model.functions
+        ]
+        natives = {f.name: f for f in added if f.native}
         layout = msgspec.structs.replace(self.schema.layout, functions=tuple(natives.values()))
         bindings = {**self.bindings, **bind_all(layout, bind, stacklevel=4)}
         for name, function in natives.items():
@@ -69,4 +71,4 @@ class Further:
         functions = tuple({**before, **natives}.values())
         layout = msgspec.structs.replace(self.schema.layout, functions=functions)
         calls = (*self.calls, (text, dict(bind)))
-        return Further(self.schema, found, layout, bindings, calls)
+        return Further(self.schema, extended_declarations, layout, bindings, calls)

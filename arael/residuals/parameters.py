@@ -74,22 +74,22 @@ class Parameters(Mapping[str, Any]):
     def _numbers(self, name: str, value: Any) -> Array:
         where = f"{self._label}: {name}"
         try:
-            found = np.asarray(value, dtype=np.float64)
+            array = np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError):
             raise error(
                 "E0761", f"expected a number or a list of numbers, found {value!r:.60}", where
             ) from None
-        if found.ndim > 1 or not 1 <= found.size <= 64 or not np.isfinite(found).all():
+        if array.ndim > 1 or not 1 <= array.size <= 64 or not np.isfinite(array).all():
             raise error("E0761", "a parameter is one finite number or a list of at most 64", where)
-        return found
+        return array
 
     def _bound(self, name: str, key: str, value: Any) -> float | None:
         if value is None:
             return None
-        found = self._numbers(name, value)
-        if found.ndim:
+        number = self._numbers(name, value)
+        if number.ndim:
             raise error("E0761", f"`{key}` is one number", f"{self._label}: {name}")
-        return float(found)
+        return float(number)
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -98,14 +98,14 @@ class Parameters(Mapping[str, Any]):
 
     def given(self) -> dict[str, dict[str, Any]]:
         """Current values, bounds and flags, in the form of the argument `given`."""
-        found = {}
+        arguments = {}
         for name, column in self._columns.items():
             param = column.param
             low = param.low[0] if param is not None and param.low else None
             high = param.high[0] if param is not None and param.high else None
             value = self._values[name][0].tolist()
-            found[name] = {"value": value, "low": low, "high": high, "fixed": self._fixed[name]}
-        return found
+            arguments[name] = {"value": value, "low": low, "high": high, "fixed": self._fixed[name]}
+        return arguments
 
     def fix(self, *names: str) -> None:
         """Fix parameters in all later solves."""
@@ -142,14 +142,14 @@ class Parameters(Mapping[str, Any]):
 
     def __setitem__(self, name: str, value: Any) -> None:
         column = self._columns[self._known(name)]
-        found = self._numbers(name, value)
-        if found.shape != column.shape:
+        array = self._numbers(name, value)
+        if array.shape != column.shape:
             raise error(
                 "E0761",
-                f"expected {column.type}, found shape {found.shape}",
+                f"expected {column.type}, found shape {array.shape}",
                 f"{self._label}: {name}",
             )
-        self._values[name][0] = found
+        self._values[name][0] = array
         self._values_version += 1
 
     def __iter__(self) -> Iterator[str]:

@@ -46,23 +46,34 @@ Unproved = dict[tuple[tuple[Step, ...], str, str], Span]
 
 
 @dataclass
-class Found:
-    """The reads of a formula, from which the table of the residual's rows is built."""
+class FormulaReads:
+    """The reads of a formula, from which the table of the residual's rows is built.
+
+    Attributes
+    ----------
+    path : of that table
+    columns : its columns by path, in the order in which they are read
+    data : column -> the expression whose data it has, and their name there
+    refs : ref column -> rows of the model; None for the one row of a parameter table
+    needs : labels of the residuals and expressions that the formula depends on
+    optionals : optionals that the formula reads without a test, and where
+    guard_optionals : the same of the guard
+    """
 
     path: str
     columns: dict[str, Column] = field(default_factory=dict)
     data: dict[str, tuple[Expression, str]] = field(default_factory=dict)
     refs: dict[str, Refs | None] = field(default_factory=dict)
-    needs: dict[str, None] = field(default_factory=dict)  # labels that it depends on
+    needs: dict[str, None] = field(default_factory=dict)
     optionals: Unproved = field(default_factory=dict)
-    guard_optionals: Unproved = field(default_factory=dict)  # reads of the guard itself
+    guard_optionals: Unproved = field(default_factory=dict)
 
 
 class Reader(Typist):
     """Types one formula; `frames` are the expressions being read, the innermost last."""
 
     around: Surroundings
-    found: Found
+    reads: FormulaReads
     frames: list[Expression]
     worked_out: tuple[tree.Expr, Any] | None = None
 
@@ -140,7 +151,7 @@ def read(t: Reader, row: Row, column: Column, span: Span) -> Typed | Broken:
             steps == source.steps and (known == path or known.startswith(f"{path}."))
             for steps, known in t.facts
         ):
-            t.found.optionals.setdefault((source.steps, source.table, path), span)
+            t.reads.optionals.setdefault((source.steps, source.table, path), span)
     moves = column.param is not None or t.around.schema.carried(row.table, column.path)
     node = Read(
         type=type_of(column),

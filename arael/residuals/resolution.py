@@ -32,7 +32,7 @@ from arael.face.ref import Refs
 from arael.residuals.dotted import dotted_text, within
 from arael.residuals.expression import Definition, Expression
 from arael.residuals.parameters import parameter_table
-from arael.residuals.reader import Found, Reader, Surroundings, read, slot_of
+from arael.residuals.reader import FormulaReads, Reader, Surroundings, read, slot_of
 from arael.residuals.schema import Maybe, Row, Rows, type_of
 from arael.runtime.layout import Column, Slot, Step, Target
 from arael.syntax import tree
@@ -56,11 +56,11 @@ class Names:
         """Candidates for the correction of a misspelt name."""
         if self.reader is None:
             return []
-        own = self.reader.frames[-1]
+        frame = self.reader.frames[-1]
         around = self.reader.around
         return [
-            *own._data,
-            *own.entities,
+            *frame._data,
+            *frame.entities,
             *around.names(),
             *around.schema.members(ROOT),
             *self.constants.names(),
@@ -71,11 +71,11 @@ class Names:
         reader = self.reader
         if reader is None or did_you_mean(name, self.names()):
             return []
-        own = reader.frames[-1]
+        frame = reader.frames[-1]
         longer = within(name, reader.around.names())
         if longer:
             return [_there_is(longer)]
-        return [f"pass it to `{own.label}` as a parameter, as data or as an entity"]
+        return [f"pass it to `{frame.label}` as a parameter, as data or as an entity"]
 
 
 ROOT = Row((Step("root"),), "", known="")
@@ -93,20 +93,20 @@ def reader_for(
     scope = Names(ConstantScope(declarations, constant, inside="a formula"))
     reader = Reader(declarations, report, READERS, scope, constant, Slots([Slot((), path)]), None)
     scope.reader = reader
-    reader.around, reader.found, reader.frames = around, Found(path), [expression]
+    reader.around, reader.reads, reader.frames = around, FormulaReads(path), [expression]
     return reader
 
 
 def _name(t: Reader, node: tree.Name) -> Any:
     if t.calls:  # inside a function: its parameters and constants
         return access.name(t, node)
-    own, name = t.frames[-1], node.id
+    frame, name = t.frames[-1], node.id
     if len(t.frames) == 1 and t.scope.candidates(name):  # the argument of a loss
         return access.name(t, node)
-    if name in own._data:
-        return _data(t, own, name, node.span)
-    if name in own.entities:
-        return _entity(t, own, name)
+    if name in frame._data:
+        return _data(t, frame, name, node.span)
+    if name in frame.entities:
+        return _entity(t, frame, name)
     owner = t.around.parameter_owner(name)
     if owner is not None:
         return _parameter(t, owner, name, node.span)
@@ -120,42 +120,42 @@ def _name(t: Reader, node: tree.Name) -> Any:
     return access.name(t, node)
 
 
-def _place(t: Reader, own: Expression, name: str) -> str:
-    """Path of a column of `own` in the residual's rows."""
-    if own is t.frames[0]:
+def _place(t: Reader, expression: Expression, name: str) -> str:
+    """Path of a column of `expression` in the residual's rows."""
+    if expression is t.frames[0]:
         return name
-    t.found.needs[own.label] = None
-    return f"{own.label}.{name}"
+    t.reads.needs[expression.label] = None
+    return f"{expression.label}.{name}"
 
 
-def _data(t: Reader, own: Expression, name: str, span: Span) -> Binding:
-    path = _place(t, own, name)
-    shape = own._data[name].shape[1:]
-    if path not in t.found.columns:
+def _data(t: Reader, expression: Expression, name: str, span: Span) -> Binding:
+    path = _place(t, expression, name)
+    shape = expression._data[name].shape[1:]
+    if path not in t.reads.columns:
         kind = "real" if not shape else f"vec<{shape[0]}>"
-        t.found.columns[path] = Column(path, "real", shape, "data", kind, own.label)
-        t.found.data[path] = own, name
+        t.reads.columns[path] = Column(path, "real", shape, "data", kind, expression.label)
+        t.reads.data[path] = expression, name
     type_ = VectorType(shape[0]) if shape else REAL
     return t.make(Read(type=type_, span=span, slot=0, column=path, version="data"))
 
 
-def _entity(t: Reader, own: Expression, name: str) -> Row:
-    refs = own.entities[name]
-    known = name if len(refs) == 1 else None
-    return _through(t, _place(t, own, name), refs._table.layout.path, refs, known)
+def _entity(t: Reader, expression: Expression, name: str) -> Row:
+    refs = expression.entities[name]
+    row_name = name if len(refs) == 1 else None
+    return _through(t, _place(t, expression, name), refs._table.layout.path, refs, row_name)
 
 
-def _through(t: Reader, path: str, table: str, refs: Refs | None, known: str | None) -> Row:
+def _through(t: Reader, path: str, table: str, refs: Refs | None, row_name: str | None) -> Row:
     """The target row of a ref column of the residual's rows."""
-    if path not in t.found.columns:
+    if path not in t.reads.columns:
         target = Target(table, "", (), path)
-        t.found.columns[path] = Column(path, "int", (), "ref", "ref", path, target=target)
-        t.found.refs[path] = refs
-    return Row((Step("ref", path),), table, known=known, refs=refs if known else None)
+        t.reads.columns[path] = Column(path, "int", (), "ref", "ref", path, target=target)
+        t.reads.refs[path] = refs
+    return Row((Step("ref", path),), table, known=row_name, refs=refs if row_name else None)
 
 
 def _parameter(t: Reader, owner: Expression, name: str, span: Span) -> Binding:
-    t.found.needs[owner.label] = None
+    t.reads.needs[owner.label] = None
     table = parameter_table(owner.label)
     row = _through(t, f"@{owner.label}", table, None, None)
     column = next(c for c in owner.parameters.columns if c.path == name)
@@ -176,35 +176,35 @@ def _dotted(t: Reader, node: tree.Attribute) -> Any:
     text = "" if t.calls else dotted_text(node)
     if not text:
         return None
-    own, first = t.frames[-1], text.partition(".")[0]
+    frame, first = t.frames[-1], text.partition(".")[0]
     argument = len(t.frames) == 1 and t.scope.candidates(first)
-    if argument or first in own._data or first in own.entities:
+    if argument or first in frame._data or first in frame.entities:
         return None
     definition = t.around.definition(text)
     if definition is not None:
         return _follow(t, definition, node)
-    known = within(first, t.around.names())
-    if not known or any(text.startswith(f"{name}.") for name in known):
+    longer_names = within(first, t.around.names())
+    if not longer_names or any(text.startswith(f"{name}.") for name in longer_names):
         return None
     return t.fail(
         "E0201",
         node.span,
         f"unknown name `{text}`",
         label="no expression has this name",
-        help=did_you_mean(text, known)
-        or [f"there is {', '.join(f'`{one}`' for one in known[:12])}"],
+        help=did_you_mean(text, longer_names)
+        or [f"there is {', '.join(f'`{longer}`' for longer in longer_names[:12])}"],
     )
 
 
 def _there_is(names: list[str]) -> str:
-    return f"there is {', '.join(f'`{one}`' for one in names[:12])}"
+    return f"there is {', '.join(f'`{name}`' for name in names[:12])}"
 
 
 def _follow(t: Reader, definition: Definition, node: tree.Expr) -> Any:
     """The value of a named expression, in its own scope."""
     if definition in t.frames or len(t.frames) > MAX_FOLLOWED:
         start = t.frames.index(definition) if definition in t.frames else 0
-        circle = [one.label for one in (*t.frames[start:], definition)]
+        circle = [expression.label for expression in (*t.frames[start:], definition)]
         return t.fail(
             "E0764",
             node.span,
@@ -212,7 +212,7 @@ def _follow(t: Reader, definition: Definition, node: tree.Expr) -> Any:
             label="depends on its own value",
             help=["give one of them as a number, or make it a parameter"],
         )
-    t.found.needs[definition.label] = None
+    t.reads.needs[definition.label] = None
     key = (f"={definition.label}", ())
     if key not in t.expanded:
         t.frames.append(definition)
@@ -312,8 +312,10 @@ def _index(t: Reader, node: tree.Index) -> Any:
         return _again(t, node, owner, access.index)
     (at, *others) = node.indices
     if others or isinstance(at, tree.Slice):
-        found = len(node.indices) if others else "a slice"
-        return t.fail("E0305", node.span, "a collection takes 1 index", label=f"found {found}")
+        indices_text = len(node.indices) if others else "a slice"
+        return t.fail(
+            "E0305", node.span, "a collection takes 1 index", label=f"found {indices_text}"
+        )
     value = t.number(at)
     if isinstance(value, Broken):
         return BROKEN
@@ -342,11 +344,13 @@ def _index(t: Reader, node: tree.Index) -> Any:
             f"there is no row {number}",
             label=f"`{node.obj.span.text}` has {refs} row{'' if refs == 1 else 's'}",
         )
-    known = f"{owner.owner.known}.{owner.name}[{number}]".removeprefix(".")
+    row_name = f"{owner.owner.known}.{owner.name}[{number}]".removeprefix(".")
     # An index in a named expression refers to its own entities, so the name is a prefix.
-    own = t.frames[-1]
-    outer = own is t.frames[0] or owner.owner.refs is None
-    return _through(t, known if outer else f"{own.label}.{known}", owner.table, refs, known)
+    frame = t.frames[-1]
+    outer = frame is t.frames[0] or owner.owner.refs is None
+    return _through(
+        t, row_name if outer else f"{frame.label}.{row_name}", owner.table, refs, row_name
+    )
 
 
 def _refs_of(t: Reader, row: Row) -> int:

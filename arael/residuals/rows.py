@@ -120,11 +120,11 @@ class RowsTable:
         if refs is None:
             return np.zeros(self.size, dtype=np.int64)
         version = refs._table.structure_version, self.size
-        known = self._targets.get(path)
-        if known is None or known[0] != version:
+        cached = self._targets.get(path)
+        if cached is None or cached[0] != version:
             rows = np.array(np.broadcast_to(refs.rows, (self.size,)))
-            known = self._targets[path] = version, rows
-        return known[1]
+            cached = self._targets[path] = version, rows
+        return cached[1]
 
     def row_name(self, row: int) -> str:
         """Name of a row: ``decay[3]``, or ``width`` if there is only one."""

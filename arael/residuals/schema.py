@@ -105,11 +105,11 @@ class Schema:
 
     def members(self, row: Row) -> list[str]:
         """Names of the members of the struct at `row`."""
-        found: dict[str, None] = {}
+        names: dict[str, None] = {}
         for table, path in (*self.columns, *self.values, *self.collections):
             if table == row.table and path.startswith(row.prefix):
-                found[path[len(row.prefix) :].partition(".")[0]] = None
-        return list(found)
+                names[path[len(row.prefix) :].partition(".")[0]] = None
+        return list(names)
 
 
 _SCHEMAS: WeakKeyDictionary[CompiledModel, Schema] = WeakKeyDictionary()
@@ -117,10 +117,10 @@ _SCHEMAS: WeakKeyDictionary[CompiledModel, Schema] = WeakKeyDictionary()
 
 def schema_of(compiled: CompiledModel) -> Schema:
     """The schema of a compiled model, made once for all its instances."""
-    found = _SCHEMAS.get(compiled)
-    if found is None:
-        found = _SCHEMAS[compiled] = Schema(compiled.layout)
-    return found
+    schema = _SCHEMAS.get(compiled)
+    if schema is None:
+        schema = _SCHEMAS[compiled] = Schema(compiled.layout)
+    return schema
 
 
 def type_of(column: Column) -> ValueType:

@@ -10,7 +10,7 @@ import numpy as np
 from arael.diagnostics.suggest import closest
 from arael.face.ref import Refs
 from arael.residuals.code import CodeUpdate
-from arael.residuals.code_arguments import Placed
+from arael.residuals.code_arguments import PlacedArgument
 from arael.residuals.code_group import CodeGroup
 from arael.residuals.derivation import Derived
 from arael.residuals.dotted import clash, within
@@ -32,7 +32,7 @@ class ResidualNames:
         self._functions = Further.of(self.schema)
         self._adding: RuntimeResidual | None = None
         self._codes: dict[str, CodeGroup] = {}
-        self._updates: dict[str, tuple[CodeUpdate, tuple[Placed, ...]]] = {}
+        self._updates: dict[str, tuple[CodeUpdate, tuple[PlacedArgument, ...]]] = {}
 
     def parameter_owner(self, name: str) -> Expression | None:
         """The residual that owns the parameter `name`."""

@@ -53,7 +53,7 @@ def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
     # An entry is derived once: the compiled constraint that it was compared with does not change.
     if number not in compiled.plain:
         compiled.plain[number] = _plain(compiled, number)
-    found = []
+    residuals = []
     for group in compiled.plain[number]:
         only = msgspec.structs.replace(compiled.layout, groups=(group,))
         alone = Problem(
@@ -62,8 +62,8 @@ def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
             None,
             bindings={**(compiled.bindings or {}), **getattr(model._store, "bindings", {})},
         )
-        found.append(alone.constraint_rows(0)[0])
-    return found[0], found[1]
+        residuals.append(alone.constraint_rows(0)[0])
+    return residuals[0], residuals[1]
 
 
 def _plain(compiled: CompiledModel, number: int) -> tuple[Group, Group]:
@@ -87,7 +87,9 @@ def _plain(compiled: CompiledModel, number: int) -> tuple[Group, Group]:
         raise _changed(layout.source)
     whitened = replace(site, loss=None, triplets="", crossed=())
     raw = replace(whitened, residual=tuple(_measured(part) for part in site.residual))
-    plain = (compile_constraint(one, states, single, functions).group for one in (raw, whitened))
+    plain = (
+        compile_constraint(value, states, single, functions).group for value in (raw, whitened)
+    )
     return next(plain), next(plain)
 
 

@@ -17,7 +17,7 @@ from arael.sketch.commands.tokens import quoted
 from arael.sketch.document.document import Document
 from arael.sketch.document.texts import problem_of
 from arael.sketch.methods import Argument, Commands
-from arael.sketch.things import AnyThing, DimensionThing, EntityThing, Point, Thing, thing
+from arael.sketch.things import AnyThing, EntityThing, Point, Thing, thing
 
 if TYPE_CHECKING:
     from arael.sketch.notebook import SketchWidget
@@ -216,9 +216,6 @@ class Sketch(Commands):
         if command.whole:
             words = [str(one).replace("\n", "\\n") for one in arguments]
         line = " ".join([word, *words, *(flag for flag, on in flags.items() if on)])
-        made = self.session.renewed(line, word)
-        if made is not None:
-            return DimensionThing(self, made.name)
         (reply,) = self.session.run(line, word)
         if reply.names:
             found = tuple(thing(self, name) for name in reply.names)

@@ -43,13 +43,6 @@ TASKS = {
         "SolveSpace: part of a solve. The Rust framework: its count, anew. arael: `dof` after a "
         "dimension changed.",
     ),
-    "would_help": (
-        "Would this constraint help?",
-        "A further length, which is redundant; on the polygon a horizontal line, which is not. "
-        "arael: `what_if`. ezpz: analysis with it. SolveSpace: built and solved with it, as "
-        "nothing can be removed there. planegcs: added, solved, removed. The Rust framework has no "
-        "dry run: a redundant constraint, which it refuses.",
-    ),
     "edit": (
         "Add or delete a constraint",
         "The width of the first rectangle, deleted and added by turns, each with a solve and what "
@@ -85,8 +78,6 @@ CASES = (
     Case("freedom", "chain-503", "3"),
     Case("freedom", "chain-10009", "60"),
     Case("freedom", "polygon-128", "10"),
-    Case("would_help", "chain-503", "0.1"),
-    Case("would_help", "polygon-128", "0.1"),
     Case("edit", "chain-503", "5"),
     Case("redundant", "chain-98"),
     Case("redundant", "plate"),

@@ -28,7 +28,7 @@ function recorded() {
   const flush = () => {
     if (!open.length) return;
     // reading a pixel forces what was recorded to be rasterised
-    renderer.moving.layer.ctx.getImageData(0, 0, 1, 1);
+    renderer.moving.getImageData(0, 0, 1, 1);
     const flushed = performance.now();
     for (const one of open) one.flushed = flushed;
     open = [];

@@ -130,24 +130,6 @@ def freedom(drawing: Sketch, budget: float) -> dict[str, Any]:
     return editor.found(times, f"{free} degrees of freedom", freedoms=free)
 
 
-def would_help(drawing: Sketch, budget: float) -> dict[str, Any]:
-    """`Editor.would_help` with the first candidate; `what_if` says the same in words."""
-    from arael.sketch.document.records import Amount
-
-    editor = Editor(drawing)
-    editor.draw()
-    kind, *words = command(drawing, next(iter(drawing.candidates.values()))).split()
-    asked = [word for word in words if word[0].isalpha()]
-    values = [Amount(word, float(word)) for word in words if not word[0].isalpha()]
-    value = values[0] if values else None
-    said: list[str] = []
-
-    def turn(number: int) -> None:
-        said[:] = [str(editor.session.editor.would_help(kind, asked, value=value))]
-
-    return editor.found(repeated(budget, turn), said[0])
-
-
 def edit(drawing: Sketch, budget: float) -> dict[str, Any]:
     """The dimension that changes deleted and added, in turns."""
     editor = Editor(drawing)
@@ -260,7 +242,6 @@ def undo(drawing: Sketch, budget: float) -> dict[str, Any]:
 TASKS = {
     "resolve": resolve,
     "freedom": freedom,
-    "would_help": would_help,
     "edit": edit,
     "redundant": verdict("redundant"),
     "contradicting": verdict("contradicting"),

@@ -195,7 +195,6 @@ def drag(sketch: Sketch, budget: float) -> dict[str, Any]:
 TASKS = {
     "resolve": resolve,
     "freedom": freedom,
-    "would_help": lambda s, b: _with(s, next(iter(s.candidates.values())), b),
     "edit": edit,
     "redundant": lambda s, b: _with(s, s.candidates["redundant"], b),
     "contradicting": lambda s, b: _with(s, s.candidates["contradicting"], b),

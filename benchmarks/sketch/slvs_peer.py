@@ -181,11 +181,6 @@ def _with(sketch: Sketch, rule: Rule, budget: float, restart: bool = False) -> d
     return _found(table, times, said)
 
 
-def would_help(sketch: Sketch, budget: float) -> dict[str, Any]:
-    """Build and solve with the candidate."""
-    return _with(sketch, next(iter(sketch.candidates.values())), budget)
-
-
 def edit(sketch: Sketch, budget: float) -> dict[str, Any]:
     """Without the dimension that changes and with it, in turns: build, solve, verdict."""
     table = Table(sketch, sketch.rules)
@@ -222,7 +217,6 @@ def drag(sketch: Sketch, budget: float) -> dict[str, Any]:
 TASKS = {
     "resolve": resolve,
     "freedom": freedom,
-    "would_help": would_help,
     "edit": edit,
     "redundant": lambda s, b: _with(s, s.candidates["redundant"], b),
     "contradicting": lambda s, b: _with(s, s.candidates["contradicting"], b),

@@ -20,7 +20,6 @@ from starlette.websockets import WebSocket
 from arael.sketch.server import app
 from arael.sketch.server.dragging import OpenDrag
 from arael.sketch.server.protocol import FRAME, DragTo
-from arael.sketch.server.quick_socket import QuickSocket
 from arael.sketch.server.serving import serve
 from arael.sketch.server.shared import SharedSketch
 
@@ -87,15 +86,6 @@ class Times:
 
         return sending
 
-    def sent_now(self, send: Callable[..., bool]) -> Callable[..., bool]:
-        """Around `QuickSocket.send_now`."""
-
-        def sending(socket: QuickSocket, data: bytes) -> bool:
-            self._sends(data)
-            return send(socket, data)
-
-        return sending
-
     def _sends(self, data: bytes) -> None:
         kind, sequence, _, _ = _HEAD.unpack_from(data)
         if kind == FRAME and sequence in self.frames:
@@ -112,7 +102,6 @@ def main(file: str, log: str) -> None:
     app.received = times.received(app.received)  # type: ignore[assignment]
     SharedSketch._drag_to = times.begun(SharedSketch._drag_to)  # type: ignore[method-assign]
     OpenDrag.to = times.solved(OpenDrag.to)  # type: ignore[method-assign]
-    QuickSocket.send_now = times.sent_now(QuickSocket.send_now)  # type: ignore[method-assign]
     WebSocket.send_bytes = times.sent(WebSocket.send_bytes)  # type: ignore[assignment]
     try:
         serve(file, open_browser=False)

@@ -4,7 +4,7 @@
    Precision   f64
    Constraints 3
 
-     # A planar window for a small computer: poses with odometry, and landmarks se...
+     # A planar window for a small computer: poses with odometry, and landmarks seen by range and bearing.
 
      struct Pose {
          param pos: vec2 [m]
@@ -36,7 +36,7 @@
 
          constraint sight loss cauchy(2) {
              let d = pose.th.rotation_matrix()' * (landmark.pos - pose.pos)
-             [(norm(d) - range) / 0.1 [m], rad_diff(atan2(d.y, d.x), bearing) / 0....
+             [(norm(d) - range) / 0.1 [m], rad_diff(atan2(d.y, d.x), bearing) / 0.03 [rad]]
          }
      }
 
@@ -46,7 +46,7 @@
          pos:  vec2 [m]
          th:   real [rad]
 
-         constraint prior { [(pose.pos - pos) / 0.01 [m], rad_diff(pose.th, th) / ...
+         constraint prior { [(pose.pos - pos) / 0.01 [m], rad_diff(pose.th, th) / 0.01 [rad]] }
      }
 
      root Window {

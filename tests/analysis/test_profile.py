@@ -159,6 +159,7 @@ def framed() -> Any:
     return model
 
 
+@pytest.mark.slow
 def test_scalars_of_rotations_and_transforms_have_profiles() -> None:
     # The priors are quadratic in the tangent vector from the solution, so that the ends are known.
     model = framed()
@@ -170,6 +171,7 @@ def test_scalars_of_rotations_and_transforms_have_profiles() -> None:
     assert str(model.profile("frames[0].q.x")).startswith("frames[0].q.x = 0 in [-0.39")
 
 
+@pytest.mark.slow
 def test_profiles_of_rotations_are_those_of_direct_minimisation(load: Load) -> None:
     model = solved(load)
     found = model.profile("turn.x", level=0.5)

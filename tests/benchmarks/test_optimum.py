@@ -126,6 +126,7 @@ def test_the_chapter_has_a_table_a_problem_and_reasons(solved: Solved) -> None:
     assert "- GTSAM 4: GN: --init auto" in text
 
 
+@pytest.mark.slow
 def test_arael_is_run_to_its_end_in_a_process(tmp_path: Path) -> None:
     path = tmp_path / "ring.g2o"
     assert graphs.ring(path, poses=60) == 60
@@ -142,6 +143,7 @@ def test_arael_is_run_to_its_end_in_a_process(tmp_path: Path) -> None:
     assert max(t[-1] for t in ours.times) <= max(ours.cpu) * 1.01
 
 
+@pytest.mark.slow
 def test_a_scene_is_measured_by_solves_from_its_own_start(tmp_path: Path) -> None:
     """Its cost contains how far the solve has moved, the score of the answer does not."""
     path = tmp_path / "slam.npz"
@@ -157,6 +159,7 @@ def test_a_file_that_is_not_there_is_a_reason(tmp_path: Path) -> None:
     assert "ARAEL_DATA" in found.absent["arael"]
 
 
+@pytest.mark.slow
 def test_results_of_peers_are_kept_and_those_of_arael_never(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,6 +20,7 @@ def test_the_model_adds_work_of_parts_and_caller_messages_and_bytes() -> None:
     assert model.parts_of(cell(1, 0, 0), 0.6, 0.1)[0] == pytest.approx(0.6)
 
 
+@pytest.mark.slow
 def test_work_of_the_parts_is_told_from_that_of_the_caller(tmp_path: Path) -> None:
     grid(tmp_path, n=20)
     for divided, caller in work_in_parts("grid", str(tmp_path / "grid.npz")).values():

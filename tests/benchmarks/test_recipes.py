@@ -9,6 +9,7 @@ import arael
 from benchmarks import recipes
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     "make",
     [recipes.calibration, recipes.hand_eye, recipes.alignment, recipes.epochs],

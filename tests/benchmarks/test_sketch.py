@@ -224,7 +224,6 @@ def test_a_script_that_our_editor_refuses_is_reported(monkeypatch: pytest.Monkey
     [
         ("resolve", "chain-20", "d0"),
         ("freedom", "chain-20", "0 degrees of freedom"),
-        ("would_help", "chain-20", "kind='redundant'"),
         ("edit", "chain-20", "length L0"),
         ("redundant", "chain-20", "error[E1230]"),
         ("contradicting", "chain-20", "error[E1231]"),

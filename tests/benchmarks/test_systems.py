@@ -25,6 +25,7 @@ def scene(folder: Path, suite: str) -> Case:
     return Case(suite, "12 poses", path, 1, 3, limit=40)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("suite", ["slam", "localization", "plane"])
 def test_arael_runs_in_a_process_and_its_answer_is_scored(tmp_path: Path, suite: str) -> None:
     if suite == "plane":
@@ -56,6 +57,7 @@ def test_a_problem_that_a_system_lacks_has_a_reason(tmp_path: Path) -> None:
     assert outcome.reason.startswith("no sudoku in arael")
 
 
+@pytest.mark.slow
 def test_a_peer_that_fails_is_reported(tmp_path: Path) -> None:
     case = Case("slam", "gone", tmp_path / "none.npz")
     outcome = run_system("arael", case, None, PLAN, 1, tmp_path)
@@ -91,6 +93,7 @@ def test_a_wheel_that_is_missing_is_named_with_what_to_do(tmp_path: Path) -> Non
     )
 
 
+@pytest.mark.slow
 def test_what_another_program_of_a_system_does_is_no_reason(tmp_path: Path) -> None:
     python = interpreter(tmp_path, "echo 'no such luck' >&2; exit 1")
     outcome = run_system("g2o", scene(tmp_path, "slam"), None, Plan(python=python), 1, tmp_path)
@@ -146,6 +149,7 @@ def test_something_of_every_suite_is_measured_on_more_threads_too(
     assert 1 <= len(large) <= 2
 
 
+@pytest.mark.slow
 def test_every_step_of_residuals_given_as_text_is_timed() -> None:
     found = runtime_residuals.measure("f32", 1, 4)
     assert len(found) == 6

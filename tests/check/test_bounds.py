@@ -61,6 +61,7 @@ CONSTANTS = "const c0 = 1\n" + "\n".join(f"const c{i} = c{i + 1}" for i in range
 CONSTANTS += "\nconst c300 = 1\nroot R { param a: real\n constraint c { a * c1 } }"
 
 
+@pytest.mark.sweep(slow=("functions wide", "by value"))
 @pytest.mark.parametrize(
     ("text", "code"),
     [
@@ -110,6 +111,7 @@ TRANSFORMS_DEEP = (
 )
 
 
+@pytest.mark.sweep(slow=("transforms", "sum of data", "product"))
 @pytest.mark.parametrize(
     "text",
     [
@@ -145,6 +147,7 @@ else and or not list of ref in param let constraint struct 1 0.5 [ ] ( ) { } . ,
 """
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_mutated_models_never_crash(data: st.DataObject) -> None:

@@ -12,6 +12,7 @@ import pytest
 from tests.cli.conftest import MODEL
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(("text", "code"), [('{"a": 1, "b": 2}', 0), ('{"c": 1}', 2)])
 def test_check_prints_them(tmp_path: Path, text: str, code: int) -> None:
     if sys.platform in ("win32", "darwin"):

@@ -44,6 +44,7 @@ def test_check_needs_no_compiler(arael: Arael, line: Path, monkeypatch: pytest.M
     assert arael("check", "line.arael", "line.json").code == 0
 
 
+@pytest.mark.slow
 def test_gradients_agree_on_the_standard_models(arael: Arael, tmp_path: Path) -> None:
     import arael as package
     from arael.scenes import columns, demo_config, fill, make_scene

@@ -8,8 +8,10 @@ either stream, and ``exit`` with the code. ``pytest --update`` writes what comes
 
 from __future__ import annotations
 
-import os
+import contextlib
+import io
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -19,11 +21,16 @@ from pathlib import Path
 
 import pytest
 
+from arael.cli.main import run
+
 PAGES = sorted((Path(__file__).parent / "sessions").glob("*.md"))
 FILE = re.compile(r"^```\w+ (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CONSOLE = re.compile(
     r"^```console\n\$ (?P<command>[^\n]*)\n(?P<printed>.*?)^```$", re.M | re.DOTALL
 )
+
+PLAIN = re.compile(r"arael [\w ./=:+,-]*")
+"""A command that needs no shell: it is run in this process."""
 
 
 @dataclass(frozen=True)
@@ -60,21 +67,12 @@ def folder() -> Iterator[Path]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the sessions are written for a POSIX shell")
 @pytest.mark.parametrize("session", sessions(), ids=str)
-def test_session(session: Session, folder: Path, update: bool) -> None:
+def test_session(
+    session: Session, folder: Path, update: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name, text in session.files:
         (folder / name).write_text(text, encoding="utf-8")
-    script = f'arael() {{ "{sys.executable}" -m arael "$@"; }}\n{session.command}\n'
-    done = subprocess.run(
-        ["bash", "-c", script],
-        cwd=folder,
-        env={**os.environ, "COLUMNS": "100", "NO_COLOR": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    printed = done.stdout.replace(str(folder), "/here") + f"exit {done.returncode}\n"
+    printed = printed_by(session.command, folder, monkeypatch).replace(str(folder), "/here")
     assert "Traceback" not in printed
     if update and printed != session.printed:
         text = session.page.read_text(encoding="utf-8")
@@ -85,3 +83,26 @@ def test_session(session: Session, folder: Path, update: bool) -> None:
         session.page.write_text(text[:start] + printed + text[end:], encoding="utf-8")
         return
     assert printed == session.printed
+
+
+def printed_by(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """What a command prints in `folder`, and its exit code."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("COLUMNS", "100")
+    monkeypatch.setenv("NO_COLOR", "1")
+    if PLAIN.fullmatch(command):
+        written = io.BytesIO()
+        out = io.TextIOWrapper(written, encoding="utf-8", write_through=True)
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+            code = int(run(shlex.split(command)[1:]))
+        return f"{written.getvalue().decode()}exit {code}\n"
+    script = f'arael() {{ "{sys.executable}" -m arael "$@"; }}\n{command}\n'
+    done = subprocess.run(
+        ["bash", "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    return f"{done.stdout}exit {done.returncode}\n"

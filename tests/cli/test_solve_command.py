@@ -8,10 +8,13 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from arael.io import g2o
+from arael.io.g2o.writer import dump
 from tests.cli.conftest import Arael
 from tests.optional import needs
 
@@ -392,3 +395,42 @@ def test_what_became_of_each_component(arael: Arael, tmp_path: Path) -> None:
     assert one["components"]["status"] == ["converged", "stalled", "converged"]
     assert one["components"]["name"] == ["fits[0]", "fits[1]", "fits[2]"]
     assert sum(one["components"]["end_cost"]) == pytest.approx(found["end_cost"])
+
+
+def test_a_solve_of_a_pose_graph_imports_no_scipy(loop: Path) -> None:
+    """Its import takes as long as a solve of thousands of poses."""
+    code = (
+        "import sys; from arael.cli.main import run\n"
+        "code = run(['solve', 'pose_graph_2d', 'loop.g2o', '-o', 'out.g2o'])\n"
+        "print(code, sorted(m for m in sys.modules if m.startswith('scipy')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "0 []", done.stderr
+
+
+def test_a_g2o_output_is_written_once(
+    arael: Arael, loop: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before the solve its data are checked, but no text is made of them."""
+    dumped = []
+
+    def counting(*given: Any) -> bytes:
+        dumped.append(given)
+        return dump(*given)
+
+    monkeypatch.setattr(g2o, "dump", counting)
+    assert arael("solve", "pose_graph_2d", "loop.g2o", "-o", "out.g2o").code == 0
+    assert len(dumped) == 1
+    assert len((loop / "out.g2o").read_text().splitlines()) >= 6
+
+
+def test_what_g2o_cannot_hold_is_told_before_the_solve(arael: Arael, loop: Path) -> None:
+    edge = {"a": 0, "b": 1, "t": [1, 0], "th": 0, "u": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}
+    poses = [{"t": {"value": [0, 0], "fixed": True}, "th": 0}, {"t": [1, 0], "th": 0}]
+    (loop / "half.json").write_text(json.dumps({"poses": poses, "edges": [edge]}))
+    done = arael("solve", "pose_graph_2d", "half.json", "-o", "out.g2o")
+    assert done.code == 2
+    assert "E0722" in done.err
+    assert "poses[0]" in done.err
+    assert done.out == ""
+    assert not (loop / "out.g2o").exists()

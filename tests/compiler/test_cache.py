@@ -70,6 +70,7 @@ def test_a_changed_comment_compiles_nothing(
     assert group.where.split(":")[-2] == str(line)
 
 
+@pytest.mark.slow
 def test_processes_that_need_one_model_compile_it_once(model: Path) -> None:
     code = f"from arael.loading import load_compiled as l; print(l({str(model)!r}).origin)"
     running = [
@@ -118,6 +119,7 @@ def test_cache_is_private(compiled: Path) -> None:
     assert not list(root.rglob("build-*")) + list(root.rglob("new-*"))
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("suffix", [".so", ".pyx"])
 def test_changed_kernels_are_not_used_but_made_again(compiled: Path, suffix: str) -> None:
     folder = entry()

@@ -120,6 +120,7 @@ def test_temporary_files_of_the_compiler_are_private(
     assert (folder / "place").read_text().startswith(str(cache.directory()))
 
 
+@pytest.mark.slow
 def test_what_a_working_compiler_refuses_is_not_tried_again(model: Path, wrap: Wrap) -> None:
     folder = wrap('case "$*" in *kernels_line*) echo "error: too clever" >&2; exit 1;; esac')
     interpreted(model, "status 1")
@@ -149,6 +150,7 @@ def test_a_failure_is_forgotten_after_a_day(
     assert load_compiled(model).origin == "compiled"
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     "result",
     [

@@ -120,6 +120,7 @@ def values(model: Model) -> list[Array]:
     return [*map(np.array, found), q]
 
 
+@pytest.mark.sweep(slow=("f64-False", "f64-True"))
 @pytest.mark.parametrize(
     ("precision", "interpret"),
     [("f64", False), ("f64", True), ("f32", True), pytest.param("f32", False, marks=SLOW)],
@@ -232,6 +233,7 @@ def nested(tmp_path: Path, text: str = NESTED, **options: Any) -> Model:
     return model
 
 
+@pytest.mark.slow
 def test_nested_components_against_interpreter_and_differences(tmp_path: Path) -> None:
     model = nested(tmp_path)
     check_against_oracle(model)
@@ -377,7 +379,7 @@ def test_passes_freeze_components(tmp_path: Path) -> None:
     schedule = """
     solve {
         pass first { freeze north freeze robots.mount.frame }
-        pass second { free robots.mount.frame.axis }
+        pass second { freeze north freeze robots.mount.frame free robots.mount.frame.axis }
     }
     constraint tilt"""
     text = NESTED.replace("    constraint tilt", schedule)
@@ -409,6 +411,7 @@ def test_covariance(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_guards_over_formulas(tmp_path: Path) -> None:
     text = """
     component Gate {

@@ -22,6 +22,7 @@ def emitted(text: str, name: str = "model.arael", precision: str | None = None) 
     return compiler.emit(compiler.derive(model, name, precision), cache.digest(text.encode())[:16])
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 # `sketch` is as long as all others together: its kernels are compared with formulas instead.
 @pytest.mark.parametrize("name", sorted({*standard_models()} - {"sketch"}))
@@ -36,6 +37,7 @@ def test_generated_source_is_as_last_reviewed(
     assert found == golden.read_text()
 
 
+@pytest.mark.slow
 def test_source_does_not_depend_on_the_hash_seed() -> None:
     code = (
         "from tests.compiler.test_emit import emitted; from arael.loading import standard_models\n"
@@ -116,7 +118,8 @@ CALLS = {"linear": {"atan": "v"}, "slam": {"atan": "v", "atan2": "vv"}}
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 @pytest.mark.parametrize("name", CALLS)
 @pytest.mark.skipif(sys.platform != "linux", reason="looks at an ELF module with objdump")
-def test_lanes_are_vectorised(name: str, precision: str) -> None:
+def test_lanes_are_vectorised(name: str, precision: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CFLAGS", raising=False)  # optimised, as for users
     objdump = shutil.which("objdump")
     assert objdump, "binutils are needed to look at generated code"
     compiled = load_compiled(name, precision=precision)  # type: ignore[arg-type]

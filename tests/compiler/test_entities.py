@@ -53,6 +53,7 @@ def test_a_step_of_zero_keeps_the_value(state: StateModel) -> None:
     np.testing.assert_allclose(found[: state.entity.stored], stored, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_tangents_agree_with_central_differences(state: StateModel) -> None:
     rng = np.random.default_rng(2)
     n, h = state.entity.tangent, 1e-6

@@ -37,6 +37,7 @@ def operations(body: str) -> int:
     return kernel(body).group.tape.operations
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     ("written", "by_factors"),
     [
@@ -53,6 +54,7 @@ def test_few_vectors_are_turned_factor_by_factor(written: str, by_factors: str) 
         assert operations(written) < operations("let P = (A * B).*1\n" + product)
 
 
+@pytest.mark.slow
 def test_a_product_for_many_vectors_is_formed() -> None:
     """Five vectors: factor by factor would take more."""
     terms = " + ".join(f"sin(P * (e.v * root.a[0] ^ {k}))" for k in range(2, 7))

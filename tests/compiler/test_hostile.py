@@ -87,6 +87,9 @@ BOMBS = {
 }
 
 
+@pytest.mark.sweep(
+    slow=("lets that double", "thousands of constraints", "as much source as is made at most")
+)
 @pytest.mark.parametrize("name", BOMBS)
 def test_models_that_explode_end_in_a_diagnostic(name: str) -> None:
     text, code = BOMBS[name]
@@ -103,6 +106,7 @@ PIECES = st.sampled_from(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     text=st.sampled_from(MODELS),

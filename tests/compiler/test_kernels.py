@@ -153,6 +153,7 @@ def test_random_model_in_single_precision(tmp_path: Path) -> None:
 HEAD_OF_ONE = "struct D { x: real }"
 
 
+@pytest.mark.slow
 def test_products_by_loops_agree_with_products_spelled_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

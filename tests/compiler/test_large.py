@@ -78,6 +78,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(("precision", "part"), [("f64", 9), ("f32", 31)])
 def test_kernels_in_parts_against_interpreter_and_differences(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, precision: str, part: int
@@ -123,6 +124,7 @@ def test_a_large_constraint_calls_native_functions(
     assert model.cost() == pytest.approx(float(expected @ expected), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_row_of_many_parameters(tmp_path: Path) -> None:
     """J'J of a wide row takes no statement per entry."""
     n = 40
@@ -142,6 +144,7 @@ def test_a_row_of_many_parameters(tmp_path: Path) -> None:
     np.testing.assert_allclose(model.c.value, np.linalg.lstsq(x, y, rcond=None)[0], rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_a_constraint_of_many_residuals(tmp_path: Path) -> None:
     """340 residuals were a RecursionError in Cython."""
     n = 340
@@ -242,6 +245,7 @@ def test_results_of_one_formula_are_one_loop() -> None:
     assert found.leading == 1
 
 
+@pytest.mark.slow
 def test_long_vectors_make_short_source() -> None:
     """The same few lines for 200 and for 1000 parameters and residuals."""
     text = "root R {{ param p: vec<{n}>; z: vec<{n}>\n    constraint c {{ p .* p - z }}\n}}\n"
@@ -252,6 +256,7 @@ def test_long_vectors_make_short_source() -> None:
     assert lengths[0] == lengths[1] < 200
 
 
+@pytest.mark.slow
 def test_products_without_end_are_refused() -> None:
     """Four vectors of a thousand scalars in one residual: eight million products."""
     params = "; ".join(f"param p{k}: vec<1000>" for k in range(4))

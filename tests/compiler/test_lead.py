@@ -68,6 +68,7 @@ def group(problem: Problem, label: str) -> int:
     return [g.label for g in problem.layout.groups].index(label)
 
 
+@pytest.mark.sweep(slow=("0-f32-5e-05", "203-f32-5e-05", "5-f32-5e-05"))
 @pytest.mark.parametrize(("precision", "tolerance"), [("f64", 1e-12), ("f32", 5e-5)])
 @pytest.mark.parametrize("observations", [0, 5, 203])
 def test_sorted_kernels_agree_with_the_interpreter(

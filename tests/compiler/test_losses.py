@@ -127,6 +127,7 @@ def plain(model: Model, x: Any) -> tuple[Any, Any]:
     return r, j
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("name", LOSSES)
 def test_kernels_interpreter_and_differences_agree(name: str, tmp_path: Path) -> None:
     model = model_of(tmp_path, LOSSES[name][0])
@@ -168,6 +169,7 @@ def test_cost_gradient_and_hessian_are_those_of_the_robust_cost(name: str, tmp_p
     np.testing.assert_allclose(model.covariance().matrix, 2 * np.linalg.inv(hessian), rtol=1e-7)
 
 
+@pytest.mark.sweep(6)
 @pytest.mark.parametrize("name", LOSSES)
 def test_single_precision(name: str, tmp_path: Path) -> None:
     clause, rho, slope = LOSSES[name]
@@ -193,6 +195,7 @@ root One : PRECISION {
 """
 
 
+@pytest.mark.sweep(9)
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 @pytest.mark.parametrize("name", LOSSES)
 def test_at_zero_and_close_to_it_a_loss_is_the_squared_residual(
@@ -245,6 +248,7 @@ def line(tmp_path: Path, clause: str) -> Model:
     return model
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     ("clause", "error"),
     [

@@ -60,6 +60,7 @@ def turns(tmp_path: Path, precision: str = "f64") -> Model:
     return model
 
 
+@pytest.mark.slow
 def test_kernels_interpreter_and_differences_agree(tmp_path: Path) -> None:
     model = turns(tmp_path)
     check_against_oracle(model)
@@ -67,6 +68,7 @@ def test_kernels_interpreter_and_differences_agree(tmp_path: Path) -> None:
     assert all(check.agrees for check in check_gradients(model._problem()))
 
 
+@pytest.mark.slow
 def test_single_precision(tmp_path: Path) -> None:
     single, double = turns(tmp_path, "f32"), turns(tmp_path)
     check_against_oracle(single, 1e-5)
@@ -119,6 +121,7 @@ root Near {
 """
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("apart", [0.0, 1e-12, 1e-8, 1e-5, 1e-3, 0.1, 1.0])
 @pytest.mark.parametrize("about", ["zero", "pi", "120 degrees"])
 def test_conversions_are_accurate_at_zero_and_at_the_half_turn(

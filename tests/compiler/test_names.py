@@ -32,6 +32,7 @@ if sys.platform == "linux":
     NAMES.append(os.fsdecode(b"m\xe4"))  # a name in Latin-1
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("name", NAMES, ids=[ascii(name[:20]) for name in NAMES])
 def test_model_of_that_name_compiles_and_solves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str

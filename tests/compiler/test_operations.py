@@ -53,6 +53,7 @@ MOST = {
 }
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 @pytest.mark.parametrize("name", MOST)
 def test_no_constraint_takes_more_operations(name: str, precision: str) -> None:

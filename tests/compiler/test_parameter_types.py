@@ -63,6 +63,7 @@ root R { poses: list of Pose; pairs: list of Pair }
 """
 
 
+@pytest.mark.sweep(slow=("0.6", "1e-07"))
 @pytest.mark.parametrize("spread", [0.6, 1e-7])
 def test_all_algebra_against_interpreter_and_differences(tmp_path: Path, spread: float) -> None:
     model = model_of(tmp_path, EVERYTHING)()
@@ -112,6 +113,7 @@ def clouds(seed: int = 3) -> tuple[Array, Array]:
     return a, 2.5 * turn.apply(a) + [1, 2, 3] + 0.1 * rng.normal(size=(30, 3))
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("kind", ["transform", "similarity"])
 def test_alignment_is_umeyamas(tmp_path: Path, kind: str) -> None:
     model = model_of(tmp_path, ALIGN.format(kind=kind))(T=np.eye(4))
@@ -173,6 +175,7 @@ def test_freezing_a_part_by_path(tmp_path: Path) -> None:
     assert (model.T.quaternion != 0.5).all()
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("kind", ["rotation", "quaternion"])
 def test_rotation_between_directions_is_wahbas(tmp_path: Path, kind: str) -> None:
     text = (
@@ -204,6 +207,7 @@ def test_mean_direction(tmp_path: Path, start: tuple[float, ...]) -> None:
     assert np.linalg.norm(model.d.value) == pytest.approx(1, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_mean_transform(tmp_path: Path) -> None:
     text = (
         "struct Seen { z: transform\n    constraint c { (root.T.inverse() * z).log() }\n}\n"
@@ -236,6 +240,7 @@ def test_mean_transform(tmp_path: Path) -> None:
     np.testing.assert_allclose(model.T.translation, best.x[:3], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_single_precision(tmp_path: Path) -> None:
     model = model_of(tmp_path, ALIGN.format(kind="similarity").replace("root R", "root R : f32"))()
     model.T = np.eye(4)

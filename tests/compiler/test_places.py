@@ -109,6 +109,7 @@ def test_a_file_imported_under_two_names_is_watched_under_both(tmp_path: Path) -
     assert load_compiled(main, interpret=True).seconds != {}
 
 
+@pytest.mark.sweep(4, slow=("sketch",))
 @pytest.mark.parametrize("name", sorted(standard_models()))
 def test_entries_hold_no_path(tmp_path: Path, name: str) -> None:
     path = tmp_path / "folder" / f"{name}_.arael"

@@ -60,6 +60,7 @@ def poses(tmp_path: Path, precision: str = "f64", **options: Any) -> Model:
     return model
 
 
+@pytest.mark.slow
 def test_kernels_interpreter_and_differences_agree(tmp_path: Path) -> None:
     model = poses(tmp_path)
     check_against_oracle(model)
@@ -67,6 +68,7 @@ def test_kernels_interpreter_and_differences_agree(tmp_path: Path) -> None:
     assert all(check.agrees for check in check_gradients(model._problem()))
 
 
+@pytest.mark.slow
 def test_single_precision(tmp_path: Path) -> None:
     single, double = poses(tmp_path, "f32"), poses(tmp_path)
     check_against_oracle(single, 1e-5)
@@ -141,6 +143,7 @@ KINDS = {
 }  # fmt: skip
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_prior_alone_gives_its_mean_and_its_covariance(kind: str, tmp_path: Path) -> None:
     """In the tangent at the mean, the posterior is the prior."""

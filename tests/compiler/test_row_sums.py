@@ -122,6 +122,7 @@ def nets(folder: Path, precision: str = "f64", **options: Any) -> Any:
     return model
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(("precision", "tolerance"), [("f64", 1e-11), ("f32", 5e-5)])
 def test_all_that_may_stand_in_a_term(precision: str, tolerance: float, tmp_path: Path) -> None:
     model = nets(tmp_path, precision)

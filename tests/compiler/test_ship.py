@@ -76,6 +76,7 @@ print(json.dumps(sorted(first[0].lower() for first in found if first)))
 BROUGHT = {"_distutils_hack", "mpmath", "packaging", "typing_extensions.py", "cython.py"}
 
 
+@pytest.mark.slow
 def test_the_build_system_has_what_a_build_imports(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", IMPORTED, str(standard_models()["linear"]), str(tmp_path / "made")],

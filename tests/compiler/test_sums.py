@@ -130,6 +130,7 @@ def by_hand(model: Any) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(("precision", "tolerance"), [("f64", 1e-12), ("f32", 2e-5)])
 def test_kernels_and_machine_of_a_spline(precision: str, tolerance: float, tmp_path: Path) -> None:
     model = fill_spline(model_of(tmp_path, SPLINE, precision))
@@ -204,6 +205,7 @@ root R { ps: list of P; pairs: list of Pair }
     assert all(check.difference <= check.bound for check in model.check_gradients())
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(("precision", "tolerance"), [("f64", 1e-12), ("f32", 2e-5)])
 def test_kernels_and_machine_of_sums_over_rows(
     precision: str, tolerance: float, tmp_path: Path

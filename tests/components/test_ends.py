@@ -26,6 +26,7 @@ from tests.components.problems import (
 )
 
 
+@pytest.mark.sweep(slow=("0-False-f32", "1-False-f32", "0-True-f32", "1-True-f32"))
 @IN_BOTH
 @COMPILED_OR_NOT
 @pytest.mark.parametrize("seed", range(2))

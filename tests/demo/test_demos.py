@@ -40,6 +40,7 @@ def test_slam_is_near_the_truth(solved: slam.SlamRun) -> None:
     assert solved.errors.scaled_relative_median < 0.01
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("seed", range(1, 21))
 def test_slam_on_other_seeds(seed: int) -> None:
     run = slam.run_slam(demo_config(seed=seed), QUIET)
@@ -50,6 +51,7 @@ def test_slam_on_other_seeds(seed: int) -> None:
     assert (run.jacobian.residuals**2).max() < 25
 
 
+@pytest.mark.slow
 def test_landmarks_are_near_the_truth_on_most_seeds() -> None:
     """The map's scale has a posterior sigma near 1 %: see docs/internals/scenes.md."""
     found = np.array(
@@ -62,6 +64,7 @@ def test_landmarks_are_near_the_truth_on_most_seeds() -> None:
     assert found.max() < 0.03
 
 
+@pytest.mark.slow
 def test_scale_error_is_what_its_uncertainty_says() -> None:
     """The scale is the least determined direction: its error is a sample of the posterior."""
     ratios = []

@@ -24,6 +24,7 @@ def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(arael, "load", partial(arael.load, interpret=True))
 
 
+@pytest.mark.slow
 def test_start_and_optimum_are_those_of_scipy() -> None:
     module = script("camera_calibration")
     seen = module.simulate(views=6, seed=3)
@@ -34,6 +35,7 @@ def test_start_and_optimum_are_those_of_scipy() -> None:
     assert result.end_cost == pytest.approx(2 * by_scipy.solve(seen).cost, rel=1e-5)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_truth_is_within_the_joint_covariance(seed: int) -> None:
     module = script("camera_calibration")

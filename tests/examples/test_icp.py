@@ -22,6 +22,7 @@ def interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(arael, "load", partial(arael.load, interpret=True))
 
 
+@pytest.mark.slow
 def test_the_loop_ends_where_that_of_scipy_does() -> None:
     module = script("icp")
     scans = module.simulate(points=500, seed=2)

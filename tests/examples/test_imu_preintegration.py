@@ -18,6 +18,7 @@ def module():
     return script("imu_preintegration")
 
 
+@pytest.mark.slow
 def test_the_truth_is_within_its_sigmas(module) -> None:
     run = module.make_run()
     model = module.problem(run)
@@ -44,6 +45,7 @@ def test_the_truth_is_within_its_sigmas(module) -> None:
     assert 2 < square < 40  # chi-square of 15
 
 
+@pytest.mark.slow
 def test_the_jacobian_is_that_of_differences(module) -> None:
     model = module.problem(module.make_run(2.0))
     model.states.nav.accel_bias = np.array([0.1, -0.2, 0.05])
@@ -59,6 +61,7 @@ def test_the_jacobian_is_that_of_differences(module) -> None:
         np.testing.assert_allclose(dense[:, k], slope, atol=2e-5 * scale)
 
 
+@pytest.mark.slow
 def test_the_optimum_is_that_of_scipy(module) -> None:
     beside = trajectories.visual_inertial(module, module.make_run(4.0, seed=3))
     model = beside.make()

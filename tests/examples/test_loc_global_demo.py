@@ -30,6 +30,7 @@ def moved(x: np.ndarray, pos: np.ndarray, ea: np.ndarray) -> tuple[np.ndarray, n
     return turn.apply(pos) + x[:3], world.as_euler("ZYX")[:, ::-1]
 
 
+@pytest.mark.slow
 def test_the_transform_alone_is_at_its_optimum(found: Any) -> None:
     data = DEMO.displaced(found.scene)
 

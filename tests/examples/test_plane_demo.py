@@ -43,6 +43,7 @@ def by_hand(x: np.ndarray, scene) -> np.ndarray:
     ])  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_optimum_is_that_of_scipy() -> None:
     module = script("plane_demo")
     scene = make_plane_scene(PlaneConfig(poses=12, seed=7))

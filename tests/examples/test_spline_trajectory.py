@@ -26,6 +26,7 @@ def solved(module):
     return flight, model, model.solve()
 
 
+@pytest.mark.slow
 def test_the_truth_is_within_its_sigmas(module, solved) -> None:
     flight, model, result = solved
     assert result.status == "converged"

@@ -12,6 +12,7 @@ import pytest
 import arael
 from arael.compiler.compilation import compile_text
 from arael.compiler.groups import Kernel
+from arael.diagnostics.records import AraelError
 from arael.exporting import Export, export
 from arael.exporting.c_functions import ConstraintFunction
 from arael.exporting.sample import Samples, samples_of
@@ -290,3 +291,22 @@ def test_repr_and_files() -> None:
         "CMakeLists.txt",
     ]
     assert repr(project).startswith("Export(to='c'")
+
+
+def test_residuals_from_python_are_refused_by_name(tmp_path: Path) -> None:
+    path, model = filled(tmp_path)
+    model.add_residuals(lambda scale: scale - 1, [model.scale], size=1, name="by_hand")
+    with pytest.raises(AraelError, match="added from Python: by_hand"):
+        export(path, data=model)
+    with pytest.raises(AraelError, match=r"no constraint `Link.betwen`"):
+        export(path, constraint="Link.betwen")
+
+
+def test_sums_over_lists_of_any_length_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "sums.arael"
+    path.write_text(
+        "struct Part { param a: real = 1; b: real = 2 }\n"
+        "root Sums { parts: list of Part; constraint all { sum(p in parts) { sin(p.a * p.b) } } }\n"
+    )
+    with pytest.raises(AraelError, match=r"E1501.*`Sums.all` sums over a list term by term"):
+        export(path)

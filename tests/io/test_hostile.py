@@ -55,6 +55,7 @@ def read(layout: Any, content: bytes, path: Path) -> Store | None:
     return store
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(("layout", "scene"), [(slam, slam_scene), (odds, odds_scene)])
 @settings(max_examples=300)
 @given(data=st.data())
@@ -83,6 +84,7 @@ TEXTS = {
 }
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("kind", TEXTS)
 @settings(max_examples=300)
 @given(data=st.data())
@@ -122,6 +124,7 @@ def test_archives_with_random_changes(
     read(slam(), bytes(content), tmp_path_factory.getbasetemp() / "changed.npz")
 
 
+@pytest.mark.slow
 def test_deep_and_long_texts_end_quickly(tmp_path: Path) -> None:
     for text in (
         b"[" * 5_000_000, b'{"a":' * 1_000_000, b'{"gamma": ' + b"9" * 5_000_000 + b"}",

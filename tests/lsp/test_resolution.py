@@ -79,6 +79,7 @@ def test_rename_changes_all_uses_and_nothing_else() -> None:
     assert not document(changed).findings
 
 
+@pytest.mark.slow
 def test_rename_of_a_struct_renames_its_row() -> None:
     text = MODEL.replace("(step - odo)", "(step - pose.odo)")
     edits = rename(document(text), at(text, "struct Po|se"), "Stop", Workspace())
@@ -89,6 +90,7 @@ def test_rename_of_a_struct_renames_its_row() -> None:
     assert not document(changed).findings
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize(
     ("mark", "new", "why"),
     [

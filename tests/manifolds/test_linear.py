@@ -68,6 +68,7 @@ def test_structure_of_identity_and_zero_is_used() -> None:
     assert linear.total(g, []) == g.const(0.0)
 
 
+@pytest.mark.sweep(slow=("5", "6"))
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 6])
 def test_determinant_and_inverse(n: int) -> None:
     root = rng.normal(size=(n, n))

@@ -57,6 +57,7 @@ def test_logarithm_undoes_the_exponential(size: float, scaled: bool) -> None:
     np.testing.assert_allclose(found, twist, atol=2e-14)
 
 
+@pytest.mark.sweep(3, slow=("3.1",))
 @pytest.mark.parametrize("size", SIZES)
 def test_derivative_of_the_logarithm(size: float) -> None:
     twist = np.array([0.3, -1.2, 2.0, *(size * np.array([2, -3, 6]) / 7)])

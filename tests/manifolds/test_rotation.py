@@ -82,6 +82,7 @@ def test_exponential_and_logarithm(v: tuple[float, ...]) -> None:
         )
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-7, 1e-4, 3e-3, 0.006, 0.07, 1.0, 2.2, 3.0])
 def test_rotation_vectors_come_back_with_unit_derivative(angle: float) -> None:
     """Through both series and closed forms, and the joints between them."""

@@ -69,6 +69,7 @@ def test_relative_errors_are_those_of_evo(seed: int, delta: float, unit: str) ->
         assert close(errors.statistics.to_dict(), expected), part
 
 
+@pytest.mark.sweep(4)
 @needs("evo")
 @pytest.mark.parametrize("seed", range(10, 14))
 def test_evo_finds_the_same(seed: int) -> None:

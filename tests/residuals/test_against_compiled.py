@@ -178,11 +178,13 @@ def one_by_one(model: type) -> Any:
     return net
 
 
+@pytest.mark.sweep(slow=("in_bulk",))
 @pytest.mark.parametrize("build", [in_bulk, one_by_one])
 def test_same_problem(double: list[type], build: Any) -> None:
     compare(whole(double[0]), build(double[1]), 1e-12, build is in_bulk)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("build", [in_bulk, one_by_one])
 def test_same_problem_in_f32(single: list[type], build: Any) -> None:
     compare(whole(single[0]), build(single[1]), 1e-5, build is in_bulk)
@@ -208,6 +210,7 @@ def compare(expected: Any, found: Any, tolerance: float, same_pattern: bool) -> 
     np.testing.assert_allclose(values[0], values[1], atol=tolerance * values[1].max())
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("build", [in_bulk, one_by_one])
 def test_same_solution(double: list[type], build: Any) -> None:
     expected, found = whole(double[0]), build(double[1])

@@ -30,6 +30,7 @@ HOSTILE = {
 }
 
 
+@pytest.mark.sweep(slow=("wide",))
 @pytest.mark.parametrize("case", HOSTILE)
 def test_hostile_texts_are_refused_by_name(case: str) -> None:
     text, code = HOSTILE[case]
@@ -43,6 +44,7 @@ def test_hostile_texts_are_refused_by_name(case: str) -> None:
     assert model.residuals.parameters["a"] == pytest.approx(1)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize(
     ("text", "value"),
     [

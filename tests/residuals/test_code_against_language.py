@@ -203,6 +203,15 @@ MAKERS = {"graph": graph, "bundle": bundle}
 TOLERANCE = {"f64": 1e-10, "f32": 5e-5}
 
 
+@pytest.mark.sweep(
+    slow=(
+        "bundle-f64-True",
+        "bundle-f32-True",
+        "graph-f32-True",
+        "bundle-f32-False",
+        "bundle-f64-False",
+    )
+)
 @pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 @pytest.mark.parametrize("which", MAKERS)

@@ -29,6 +29,7 @@ def numbers(model: Any) -> list[np.ndarray]:
     return [np.array([model.cost()]), model.gradient(), model.hessian(), *rows]
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 def test_same_numbers(part: dict[str, type], precision: str) -> None:
     model = in_bulk(part[precision])

@@ -62,6 +62,7 @@ def given(loss: str | None, precision: Any = "f64") -> Any:
     )
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 @pytest.mark.parametrize("loss", ["", *LOSSES])
 def test_like_a_compiled_constraint(tmp_path: Any, loss: str, precision: Any) -> None:

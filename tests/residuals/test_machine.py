@@ -87,6 +87,7 @@ WRITTEN = {
 }  # fmt: skip
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("name", INSTRUCTIONS)
 @pytest.mark.parametrize("single", [False, True])
 def test_every_operation_on_every_kind_of_number(name: str, single: bool) -> None:

@@ -163,6 +163,7 @@ def text_of_planar(*changes: tuple[str, str]) -> str:
     return text
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("how", ["tree", "chordal"])
 def test_measurements_of_no_pose_are_left_out(tmp_path: Path, how: Any) -> None:
     """Edges and anchors whose ref is null, which no constraint reads."""

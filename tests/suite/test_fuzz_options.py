@@ -37,6 +37,7 @@ def run(suite: pytest.Pytester, *options: str) -> tuple[list[str], str]:
     return text.split("<")[1].split(">")[0].split(), text
 
 
+@pytest.mark.slow
 def test_runs_are_the_same_unless_a_seed_is_drawn_and_that_repeats(
     suite: pytest.Pytester,
 ) -> None:

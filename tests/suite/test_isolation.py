@@ -59,6 +59,7 @@ def test_solves(tmp_path):
 """
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("option", ["cacheprovider", "nothing"])
 def test_a_run_leaves_the_users_home_as_it_is(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, option: str

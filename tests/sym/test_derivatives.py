@@ -41,6 +41,7 @@ def test_second_derivative_is_the_derivative_of_the_first(text: str, at: list[fl
     assert found == pytest.approx(central(first, "x", where), rel=1e-3, abs=1e-4 * scale)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("name", all_functions())
 def test_every_function_against_central_differences(name: str) -> None:
     f = of_symbols(name)
@@ -57,6 +58,7 @@ SINGULAR = (0.0, 1.0, -1.0, 0.5, -0.5, 2.0, -2.0, math.pi)
 BY_SYMPY = {"pow"}
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("name", [n for n in all_functions() if n not in BY_SYMPY])
 def test_values_and_derivatives_are_those_of_models(name: str) -> None:
     """Also where they are infinite or NaN."""
@@ -144,6 +146,7 @@ def test_only_by_variables(by: object) -> None:
         sym.diff(sym.parse("x"), "x", 17)
 
 
+@pytest.mark.slow
 def test_what_is_differentiated_is_bounded() -> None:
     f = sym.symbol("x")
     for _ in range(12):
@@ -153,6 +156,7 @@ def test_what_is_differentiated_is_bounded() -> None:
     assert f.diff("x").is_Add, "SymPy's own is not"
 
 
+@pytest.mark.slow
 def test_nested_diff_in_a_calculator_is_bounded() -> None:
     text = "sin(x) * x"
     for _ in range(12):

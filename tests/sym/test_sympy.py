@@ -58,6 +58,7 @@ def test_numbers_are_exact_where_they_are_short() -> None:
     assert sym.parse("sqrt(-1) * x") is sp.nan
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("text", FORMULAS)
 def test_values_and_derivatives_agree_with_sympys_own(text: str) -> None:
     ours = sym.parse(text)

@@ -206,6 +206,7 @@ def test_parse_gives_values_of_every_kind() -> None:
         sym.text("x")
 
 
+@pytest.mark.sweep(slow=("text10",))
 @pytest.mark.parametrize(
     "text",
     [

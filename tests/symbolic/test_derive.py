@@ -57,6 +57,7 @@ def _build(g: Graph, program: list[Step]) -> list[int]:
     return nodes
 
 
+@pytest.mark.sweep(3)
 @methods
 @settings(max_examples=200, deadline=None)
 @given(programs, st.tuples(coordinates, coordinates, coordinates))

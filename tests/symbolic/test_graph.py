@@ -164,6 +164,7 @@ def test_unknown_operation_and_wrong_arity() -> None:
             g.op(name, *args)
 
 
+@pytest.mark.slow
 def test_programs_do_not_depend_on_the_hash_seed() -> None:
     script = (
         "from tests.symbolic.programs import between_factor\n"

@@ -53,6 +53,7 @@ def test_every_function_of_the_language_is_there() -> None:
     assert sorted(SCALARS) == sorted(LANGUAGE)
 
 
+@pytest.mark.sweep(slow=("rad2deg",))
 @pytest.mark.parametrize("name", SMOOTH)
 def test_value_and_derivative_against_sympy(name: str) -> None:
     arguments = (x, y)[: SCALARS[name].arity]
@@ -160,6 +161,7 @@ FINITE = ["safe_sqrt", "safe_asin", "safe_acos", "safe_atan2", "heaviside", "sig
           "floor", "ceil", "round", "rad_diff", "rad_sum", "abs", "min", "max"]  # fmt: skip
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("name", FINITE)
 def test_finite_in_value_and_derivative_everywhere(name: str) -> None:
     grid = [0.0, 1e-300, 1e-12, 0.5, 1.0 - 1e-16, 1.0, 1.0 + 1e-15, PI, 1e6, 1e150]

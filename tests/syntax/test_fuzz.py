@@ -51,6 +51,7 @@ def test_many_texts_of_the_grammar(text: str) -> None:
     check(text)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(mutated())
 def test_mutated_models(text: str) -> None:
@@ -124,6 +125,7 @@ HOSTILE = {
 LONG = {"closers", "newlines", "comments", "one line"}
 
 
+@pytest.mark.sweep(3, slow=("semicolons", "powers"))
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in HOSTILE]
 )

@@ -114,6 +114,7 @@ def test_all_solvers_see_the_prior(kind: Any) -> None:
     assert found[2] == pytest.approx(found[0], abs=1e-7)
 
 
+@pytest.mark.slow
 def test_a_step_of_a_window_has_constant_cost(kind: Any) -> None:
     model = path_of(kind, 8)
     sizes, counts = set(), set()

@@ -98,6 +98,7 @@ def check(interpret: bool, runs: int, at: tuple[int, ...]) -> None:
     assert (total < high).all()
 
 
+@pytest.mark.slow
 def test_errors_are_within_their_bounds_in_a_few_runs() -> None:
     check(True, 5, (5, 8))
 

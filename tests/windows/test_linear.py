@@ -66,6 +66,7 @@ def grid(side: int) -> list[tuple[int, int]]:
     return [*across, *down]
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("first_estimates", [True, False])
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("edges", "count"), [(chain(12), 12), (grid(4), 16)])

@@ -103,13 +103,13 @@ def read_entry(folder: Path) -> Entry | None:
 
 def recent(count: int) -> list[Entry]:
     """Up to `count` readable entries, the latest first; what they hold is not verified."""
-    found: list[tuple[float, Entry]] = []
+    entries: list[tuple[float, Entry]] = []
     with contextlib.suppress(OSError, AraelError):
         for folder in (directory() / "arael-kernels").iterdir():
             with contextlib.suppress(OSError, ValueError):
                 manifest = read_manifest(folder)
-                found.append((manifest.made, Entry(folder, manifest)))
-    return [entry for _, entry in sorted(found, key=lambda one: one[0])[::-1][:count]]
+                entries.append((manifest.made, Entry(folder, manifest)))
+    return [entry for _, entry in sorted(entries, key=lambda one: one[0])[::-1][:count]]
 
 
 def read_manifest(folder: Path) -> Manifest:

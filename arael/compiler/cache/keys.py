@@ -105,11 +105,11 @@ def _interface() -> str:
         package / "runtime" / "lanes.h",
         package / "compiler" / "build.py",
     )
-    found = []
+    parts = []
     for file in files:
         with contextlib.suppress(OSError):
-            found.append(digest(file.read_bytes()))
-    return " ".join(found)
+            parts.append(digest(file.read_bytes()))
+    return " ".join(parts)
 
 
 @lru_cache(maxsize=1)

@@ -53,9 +53,9 @@ class Found:
     code: str
 
 
-def encode(known: Known) -> bytes:
+def encode(record: Known) -> bytes:
     """An entry as a file: the SHA-256 of the JSON that follows it."""
-    body = msgspec.json.encode(known)
+    body = msgspec.json.encode(record)
     return digest(body).encode() + b"\n" + body
 
 
@@ -70,10 +70,10 @@ def decode(data: bytes) -> Known:
     written, _, body = data.partition(b"\n")
     if written != digest(body).encode():
         raise ValueError("damaged")
-    known = msgspec.json.decode(body, type=Known)
-    if known.format != FORMAT:
+    record = msgspec.json.decode(body, type=Known)
+    if record.format != FORMAT:
         raise ValueError("another version")
-    return known
+    return record
 
 
 def find(key: str, source: Source) -> Found | None:
@@ -81,26 +81,26 @@ def find(key: str, source: Source) -> Found | None:
     path = directory() / "arael-models" / f"{key}.json"
     if not is_trusted(path):
         return None
-    found = read(path, source)
-    if found is not None:
+    record = read(path, source)
+    if record is not None:
         with contextlib.suppress(OSError):
             os.utime(path)  # used: see `upkeep.trim`
-    return found
+    return record
 
 
 def read(path: Path, source: Source) -> Found | None:
     """Read the entry at `path` for the model in `source`; None if it does not hold (any more)."""
     try:
         data = path.read_bytes()
-        known = _decoded(data)
+        record = _decoded(data)
     except (OSError, ValueError):
         return None
-    sources = _imported(known, source)
+    sources = _imported(record, source)
     if sources is None:
         return None
     names = [s.name for s in sources]
-    warnings = rendered(known.warnings, sources)
-    return Found(_attached(data, tuple(names), warnings), known.code)
+    warnings = rendered(record.warnings, sources)
+    return Found(_attached(data, tuple(names), warnings), record.code)
 
 
 @lru_cache(maxsize=_RECENT)
@@ -118,20 +118,20 @@ def _attached(data: bytes, names: tuple[str, ...], warnings: tuple[str, ...]) ->
     return attached(_decoded(data).layout, list(names), warnings)
 
 
-def _imported(known: Known, source: Source) -> list[Source] | None:
+def _imported(record: Known, source: Source) -> list[Source] | None:
     """The model's file and those it imports; None if one of them has changed."""
-    found = [source]
-    if known.imports:
+    sources = [source]
+    if record.imports:
         folder = Path(source.name).parent
-        for name, expected in known.imports.items():
+        for name, expected in record.imports.items():
             try:
-                one = read_source(folder / name)
+                imported = read_source(folder / name)
             except AraelError:
                 return None
-            if digest(one.text.encode()) != expected:
+            if digest(imported.text.encode()) != expected:
                 return None
-            found.append(one)
-    return found
+            sources.append(imported)
+    return sources
 
 
 def relative_names(sources: Sequence[Source]) -> list[str]:
@@ -141,7 +141,7 @@ def relative_names(sources: Sequence[Source]) -> list[str]:
     return ["", *(name.replace(os.sep, "/") for name in others)]
 
 
-def store(key: str, known: Known) -> None:
+def store(key: str, record: Known) -> None:
     """Keep an entry.
 
     Raises
@@ -151,6 +151,6 @@ def store(key: str, known: Known) -> None:
     """
     folder = prepare("arael-models")
     try:
-        replace(folder / f"{key}.json", encode(known))
+        replace(folder / f"{key}.json", encode(record))
     except OSError as error:
         raise unwritable(error) from error

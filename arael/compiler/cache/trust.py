@@ -42,12 +42,12 @@ def is_own(path: Path) -> bool:
     if sys.platform == "win32":
         return path.exists()
     try:
-        found = path.lstat()
+        state = path.lstat()
     except OSError:
         return False
-    if stat.S_ISLNK(found.st_mode):
+    if stat.S_ISLNK(state.st_mode):
         return False
-    return found.st_uid == user() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return state.st_uid == user() and not state.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 def is_trusted(path: Path) -> bool:
@@ -150,10 +150,10 @@ def open_advice(root: Path) -> tuple[str, ...]:
     """What to do about a cache that others can write."""
     another = "choose another directory with the environment variable ARAEL_CACHE_DIR"
     try:
-        own = sys.platform == "win32" or root.stat().st_uid == user()
+        is_users = sys.platform == "win32" or root.stat().st_uid == user()
     except OSError:
-        own = False
-    if not own:
+        is_users = False
+    if not is_users:
         return (another,)
     return ("empty it and make it private: `arael cache clear`", another)
 

@@ -45,11 +45,11 @@ class Cleared:
 
 def entries() -> list[tuple[str, Manifest, int]]:
     """Key, manifest and bytes of all compiled kernels, newest first."""
-    found = []
+    sizes = []
     for folder in _listed(directory() / "arael-kernels"):
         with contextlib.suppress(OSError, ValueError):
-            found.append((folder.name, read_manifest(folder), _size(folder)))
-    return sorted(found, key=lambda entry: -entry[1].made)
+            sizes.append((folder.name, read_manifest(folder), _size(folder)))
+    return sorted(sizes, key=lambda entry: -entry[1].made)
 
 
 def trim() -> None:
@@ -77,7 +77,7 @@ def clear() -> Cleared:
     Folders in which another process compiles are kept.
     """
     root = directory()
-    known = {key for key, _, _ in entries()}
+    keys = {key for key, _, _ in entries()}
     count = size = busy = 0
     left = []
     for path, key in _ours(root):
@@ -92,7 +92,7 @@ def clear() -> Cleared:
                 left.append(str(path))
                 continue
             size += bytes_
-            count += path.name in known
+            count += path.name in keys
     if sys.platform != "win32":
         with contextlib.suppress(OSError):
             if root.stat().st_uid == user() and not is_own(root.resolve()):
@@ -141,13 +141,13 @@ def _listed(folder: Path) -> list[Path]:
         return []
 
 
-def _oldest(paths: list[Path], kept: int) -> list[Path]:
-    """All but the `kept` paths that were used last."""
+def _oldest(paths: list[Path], count: int) -> list[Path]:
+    """All but the `count` paths that were used last."""
     used = []
     for path in paths:
         with contextlib.suppress(OSError):
             used.append((path.lstat().st_mtime, path))
-    return [path for _, path in sorted(used, reverse=True)[kept:]]
+    return [path for _, path in sorted(used, reverse=True)[count:]]
 
 
 def _size(path: Path) -> int:

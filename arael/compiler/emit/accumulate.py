@@ -14,8 +14,8 @@ LINE = 8
 
 def _columns(plan: Plan) -> list[str]:
     """Distinct columns that are accumulated, without their signs."""
-    found = [plan.sources[at] for target in plan.accumulated for at in target.entries.values()]
-    return list(dict.fromkeys(source.removeprefix("-") for source in found))
+    columns = [plan.sources[at] for target in plan.accumulated for at in target.entries.values()]
+    return list(dict.fromkeys(source.removeprefix("-") for source in columns))
 
 
 def _pointer(target: Target) -> str:

@@ -151,7 +151,7 @@ def _part(
     """Write the body of a part: local temporaries, columns for values that other parts read."""
     group = kernel.group
     states, data = len(group.states), group.data_count
-    own = {node: f"t{k}" for k, node in enumerate(part.nodes)}
+    names = {node: f"t{k}" for k, node in enumerate(part.nodes)}
     uniforms: dict[int, str] = {}
 
     def name(node: int) -> str:
@@ -161,7 +161,7 @@ def _part(
         if op == "const":
             return literal(tape.constants[args[0]])
         if op != "input":
-            return own.get(node) or f"v[{parts.columns[node][0]} * W + w]"
+            return names.get(node) or f"v[{parts.columns[node][0]} * W + w]"
         if args[0] < states:
             return f"v[{args[0]} * W + w]"
         if args[0] < states + data:
@@ -187,9 +187,9 @@ def _part(
             body.line(f"# {described(group.places[place])}")
             written = place
         value = expression(tape.ops[node], [name(a) for a in tape.args[node]])
-        body.line(f"{own[node]} = {value}")
+        body.line(f"{names[node]} = {value}")
         for column in parts.columns.get(node, ()):
-            body.line(f"v[{column} * W + w] = {own[node]}{beside(column)}")
+            body.line(f"v[{column} * W + w] = {names[node]}{beside(column)}")
     for column, node in part.stores:
         body.line(f"v[{column} * W + w] = {name(node)}{beside(column)}")
     loops = [(run, formula(tape, run, moving)) for run in part.runs]

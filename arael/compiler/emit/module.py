@@ -39,12 +39,12 @@ def emit_module(
     called = sorted({len(args) for k in kernels for args in _native_calls(k)})
     if called:
         _natives(body, natives, called)
-    own = entities if refreshed else ()
-    for number, entity in enumerate(own):
+    refreshed_entities = entities if refreshed else ()
+    for number, entity in enumerate(refreshed_entities):
         emit_refresh(body, number, entity)
     for number, kernel in enumerate(kernels):
         emit_constraint(body, number, kernel, entities, ordered=refreshed)
-    _table(body, precision, own, kernels)
+    _table(body, precision, refreshed_entities, kernels)
     text = body.text()
     used = set(_NAME.findall("\n".join(line.partition("#")[0] for line in text.split("\n"))))
     w = Writer()
@@ -119,9 +119,9 @@ def _imports(w: Writer, precision: str, imported: str, large: bool, used: Collec
         w.line("#define ARAEL_LARGE")
     w.line('#include "lanes.h"')
     calls = [
-        (f"m_{one.name}", one.library + suffix, one.arity, one.vector)
-        for one in OPERATIONS.values()
-        if one.primitive and one.library and not one.cython
+        (f"m_{operation.name}", operation.library + suffix, operation.arity, operation.vector)
+        for operation in OPERATIONS.values()
+        if operation.primitive and operation.library and not operation.cython
     ]
     calls.append(("m_copysign", "copysign" + suffix, 2, ""))
     calls = [call for call in calls if call[0] in used]

@@ -61,14 +61,14 @@ def output_notes(kernel: Kernel, plan: Plan, entities: Sequence[Entity]) -> dict
         *(f"J'r of {_tangent(group, entities, *key)}" for key in kernel.gradient),
         *_products(kernel, entities),
     ]
-    found: dict[str, list[str]] = {}
+    notes: dict[str, list[str]] = {}
     for i, name in enumerate(names):
         for column in [*plan.outputs[i]] or [plan.sources[i]]:
             sign = "-" if column.startswith("-") else ""
-            found.setdefault(column.removeprefix("-"), []).append(
+            notes.setdefault(column.removeprefix("-"), []).append(
                 f"-({name})" if sign and " " in name else sign + name
             )
-    return {column: ", ".join(found_names) for column, found_names in found.items()}
+    return {column: ", ".join(found_names) for column, found_names in notes.items()}
 
 
 def _products(kernel: Kernel, entities: Sequence[Entity]) -> Iterator[str]:

@@ -41,8 +41,8 @@ def emit_refresh(w: Writer, number: int, entity: Entity) -> None:
                 with w.block(f"for k in range({run.count}):"):
                     value = formula(tape, run, _moving(entity.stored))
                     w.line(f"m[{run.first} + k] = {value}")
-            rest, kept = without(tape, runs)
-            used = statements(w, rest, inputs, lambda i: [f"m[{kept[i]}]"])
+            rest, remaining = without(tape, runs)
+            used = statements(w, rest, inputs, lambda i: [f"m[{remaining[i]}]"])
             w.line(f"s += {entity.state}")
             w.line(f"m += {entity.state}")
     lines = []

@@ -120,16 +120,16 @@ def targets_of(
     gradient, products : outputs by what they are, as `Kernel` names it
     ordered : whether the system has entities in their order here
     """
-    found: dict[tuple[int, int | None], Target] = {}
+    targets: dict[tuple[int, int | None], Target] = {}
     for (use, i), at in gradient.items():
-        found.setdefault((use, None), Target(use, None, 1, tangent[use])).entries[0, i] = at
+        targets.setdefault((use, None), Target(use, None, 1, tangent[use])).entries[0, i] = at
     for (a, b, i, j), at in products.items():
         turned = ordered and uses[a] < uses[b]
         varies = a != b and (uses[a] == uses[b] or not ordered)
         height, width = (tangent[b], tangent[a]) if turned else (tangent[a], tangent[b])
-        target = found.setdefault((a, b), Target(a, b, height, width, varies))
+        target = targets.setdefault((a, b), Target(a, b, height, width, varies))
         target.entries[(j, i) if turned else (i, j)] = at
-    return list(found.values())
+    return list(targets.values())
 
 
 def make_plan(kernel: Kernel, entities: Sequence[Entity], ordered: bool = True) -> Plan:

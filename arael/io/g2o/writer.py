@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -66,14 +66,25 @@ def dump(store: Store, name: str) -> bytes:
         E0722 for data that g2o cannot express: a model of another structure, half a pose fixed;
         E0705 not finite, E0709 a stale ref, E0719 an id twice.
     """
-    return "".join(f"{line}\n" for line in _Writer(store, kind_of(store, name)).lines()).encode()
+    return "".join(
+        f"{line}\n" for line in _Writer(store, kind_of(store, name), _line).lines()
+    ).encode()
+
+
+def check(store: Store, name: str) -> None:
+    """Raise what `dump` would, without its text, which takes most of its time."""
+    for _ in _Writer(store, kind_of(store, name), lambda tag, ids, numbers: "").lines():
+        pass
 
 
 class _Writer:
-    """The lines of a graph, part by part."""
+    """The lines of a graph, part by part; `line` makes one of a tag, ids and numbers."""
 
-    def __init__(self, store: Store, kind: Kind) -> None:
+    def __init__(
+        self, store: Store, kind: Kind, line: Callable[[str, list[int], Array], str]
+    ) -> None:
         self.store = store
+        self.line = line
         self.kind = kind
         parts = ["poses", "edges", "anchors"]
         if has_landmarks(store):
@@ -89,7 +100,7 @@ class _Writer:
         kind = self.kind
         measured = [*self._anchors(), *self._of_landmarks()]
         for number, offset in enumerate(self.offsets):
-            yield _line(kind.offset, [number], np.array(offset))
+            yield self.line(kind.offset, [number], np.array(offset))
         poses = self.tables["poses"]
         yield from self._vertices("poses", kind.vertex, kind.numbers(_columns(poses, kind)))
         if (landmarks := self.tables.get("landmarks")) is not None:
@@ -104,7 +115,7 @@ class _Writer:
 
     def _vertices(self, part: str, tag: str, values: Array) -> Iterator[str]:
         for id, row in zip(self.ids.get(part, []), values, strict=True):
-            yield _line(tag, [id], row)
+            yield self.line(tag, [id], row)
 
     def _measured(
         self, part: str, tag: str, targets: tuple[str, str], numbers: Array, factors: Array
@@ -125,7 +136,7 @@ class _Writer:
             information = self.kind.in_model(part, numbers, information, back=True)
         rows = np.column_stack([numbers, _triangles(information)])
         for a, b, row in zip(*ends, rows, strict=True):
-            yield _line(tag, [a, b, *named], row)
+            yield self.line(tag, [a, b, *named], row)
 
     def _of_landmarks(self) -> Iterator[str]:
         kind, tables = self.kind, self.tables
@@ -136,7 +147,7 @@ class _Writer:
                 [shortest(table.column("t")), _triangles(_squared(table.column("u")))]
             )
             for row, line in zip(rows, numbers, strict=True):
-                yield _line(kind.landmark_prior, [self.ids["landmarks"][row]], line)
+                yield self.line(kind.landmark_prior, [self.ids["landmarks"][row]], line)
         if (table := tables.get("observations")) is not None:
             yield from self._measured(
                 "observations", kind.observation, between, shortest(table.column("t")),
@@ -174,7 +185,7 @@ class _Writer:
                 named.append(self._offset(offsets[i].tolist()))
             measured = values[i, :d] if alone else values[i]
             triangle = _triangles(information[i : i + 1, :k, :k])[0]
-            yield _line(tag, named, np.concatenate((measured, triangle)))
+            yield self.line(tag, named, np.concatenate((measured, triangle)))
 
     def _offset(self, offset: list[float]) -> int:
         """The number of a sensor offset."""

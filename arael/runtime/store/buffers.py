@@ -6,6 +6,7 @@ its front without moving others. A view is valid until rows are added or removed
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import prod
 from typing import Any
 
@@ -26,7 +27,6 @@ class Buffers:
         # Views of the present window by name: a solve looks at each column several times.
         self._views: dict[str, Array] = {}
         self._several: dict[tuple[str, ...], list[Array]] = {}
-        self._window = (0, 0)
 
     def add(self, name: str, dtype: Any, shape: tuple[int, ...] = ()) -> None:
         """Declare a column; to be called before rows are added."""
@@ -48,23 +48,23 @@ class Buffers:
 
     def view(self, name: str) -> Array:
         """Live view (size, *shape) of a column."""
-        if self._window != (self.start, self.size):
-            self._follow()
         found = self._views.get(name)
         if found is None:
             found = self._views[name] = self._arrays[name][self.start : self.start + self.size]
         return found
 
-    def _follow(self) -> None:
-        """Forget the views of another window."""
+    def put(self, at: int, row: Mapping[str, Any]) -> None:
+        """Write values into the row at `at`, counted from the beginning of the memory."""
+        for name, value in row.items():
+            self._arrays[name][at] = value
+
+    def _moved(self) -> None:
+        """Forget the views: the window or the memory is another one."""
         self._views.clear()
         self._several.clear()
-        self._window = self.start, self.size
 
     def views(self, names: tuple[str, ...]) -> list[Array]:
         """Live views of several columns."""
-        if self._window != (self.start, self.size):
-            self._follow()
         found = self._several.get(names)
         if found is None:
             found = self._several[names] = [self.view(name) for name in names]
@@ -74,6 +74,7 @@ class Buffers:
         """Add `count` rows of undefined content at the back; True if the rows moved."""
         moved = self._make_room(0, count)
         self.size += count
+        self._moved()
         return moved
 
     def grow_front(self, count: int) -> bool:
@@ -81,6 +82,7 @@ class Buffers:
         moved = self._make_room(count, 0)
         self.start -= count
         self.size += count
+        self._moved()
         return moved
 
     def _make_room(self, front: int, back: int) -> bool:
@@ -97,8 +99,6 @@ class Buffers:
             self._arrays[name] = fresh
         moved = self.size > 0
         self._capacity, self.start = capacity, start
-        self._views.clear()
-        self._several.clear()
         return moved
 
     def drop_front(self, count: int) -> None:
@@ -106,6 +106,7 @@ class Buffers:
         self._forget(slice(self.start, self.start + count))
         self.start += count
         self.size -= count
+        self._moved()
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Keep the rows of `mask`, in their order."""
@@ -114,6 +115,7 @@ class Buffers:
             array[self.start : self.start + left] = self.view(name)[mask]
         self._forget(slice(self.start + left, self.start + self.size))
         self.size = left
+        self._moved()
 
     def _forget(self, rows: slice) -> None:
         """Release objects (strings) of rows outside the window."""

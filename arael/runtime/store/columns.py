@@ -44,6 +44,7 @@ class Columns:
     ----------
     fields : the tree of fields
     data, optionals : columns with values, and presence masks, by path
+    absentable : paths of what is optional or within something optional
     missing : fields of the root without default that are not set yet (other tables: empty)
     optimize_new : the `optimize` flags of rows added later, by their paths
     components_new : the same of components, by the path of the parameter, where any was set
@@ -102,6 +103,7 @@ class Columns:
             path: [o for o in self.optionals if path == o or path.startswith(f"{o}.")]
             for path in (*self.data, *self.optionals, *(v.path for v in table.values))
         }
+        self.absentable = frozenset(path for path, around in self._ancestors.items() if around)
 
     @property
     def size(self) -> int:

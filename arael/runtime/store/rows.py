@@ -55,6 +55,10 @@ class RowIndex(Columns):
         """Return handles of dense rows."""
         return self._slots.handles(np.atleast_1d(self.buffers.view(SLOT)[rows]))
 
+    def handle_of(self, row: int) -> int:
+        """Return the handle of one dense row."""
+        return self._slots.handle(self.buffers.view(SLOT).item(row))
+
     def rows_of(self, handles: NDArray[Any]) -> Ints:
         """Dense rows of handles; -1 for null and stale ones."""
         return self._slots.rows(handles, self.buffers.start)

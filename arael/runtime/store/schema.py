@@ -33,7 +33,8 @@ class Nested:
 class Group:
     """A struct: the row itself (path "") or one held by value within it.
 
-    A list of `refs` refs is one too, with the members ``0``, ``1``, ...
+    A list of `refs` refs is one too, with the members ``0``, ``1``, ... The `plain` members by
+    dotted path are those that Python has read, which are no formulas or blocks.
     """
 
     path: str
@@ -42,6 +43,7 @@ class Group:
     where: str
     refs: int = 0
     members: dict[str, Leaf | Nested | Group] = field(default_factory=dict)
+    plain: dict[str, Leaf | Nested | Group] = field(default_factory=dict)
 
     def leaves(self) -> Iterator[Leaf]:
         """All leaves at and below this group."""

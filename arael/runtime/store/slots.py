@@ -53,6 +53,17 @@ class Slots:
             self._used += fresh
         return slots
 
+    def take_one(self, position: int) -> tuple[int, int]:
+        """A slot for a new row at `position`, and its handle."""
+        if self._free:
+            slot = self._free.pop()
+        else:
+            slot = self._used
+            self._grow(slot + 1)
+            self._used += 1
+        self._positions[slot] = position
+        return slot, self.handle(slot)
+
     def _grow(self, needed: int) -> None:
         capacity = len(self._positions)
         if needed <= capacity:
@@ -79,6 +90,11 @@ class Slots:
         """Return handles of live slots."""
         return (self._generations[slots] << GENERATION_SHIFT) | slots
 
+    def handle(self, slot: int) -> int:
+        """Return the handle of one live slot."""
+        generation: int = self._generations.item(slot)
+        return (generation << GENERATION_SHIFT) | slot
+
     def positions_of_slots(self, slots: Ints) -> Ints:
         """Positions of slots known to be live."""
         return self._positions[slots]
@@ -88,9 +104,10 @@ class Slots:
         slot = handle & SLOT_MASK
         if handle < 0 or slot >= self._used:
             return GONE
-        if self._generations[slot] != handle >> GENERATION_SHIFT:
+        if self._generations.item(slot) != handle >> GENERATION_SHIFT:
             return GONE
-        return int(self._positions[slot])
+        found: int = self._positions.item(slot)
+        return found
 
     def positions(self, handles: NDArray[Any]) -> Ints:
         """Positions of the rows of `handles`; `GONE` for null and stale ones."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from arael.runtime.store import keys, references
 from arael.runtime.store.bounds import ENDS
 from arael.runtime.store.columns import flags_of
 from arael.runtime.store.messages import Name, Origin, below, error
+from arael.runtime.store.plain_rows import PlainRows
 from arael.runtime.store.references import Handles
 from arael.runtime.store.rows import PARENT, SLOT, RowIndex
 from arael.runtime.store.schema import Group
@@ -67,6 +69,35 @@ class Table(RowIndex):
         """
         owners = None if parent is None else np.array([parent], np.int64)
         return int(self._add(1, owners, values, many=False, front=front)[0])
+
+    def append_plain(
+        self, values: Mapping[str, Any], handles: Mapping[str, int], parent: int | None
+    ) -> int | None:
+        """Add one row of plain values and return its handle; None, without a change, for others.
+
+        The values are by field name; `handles` are those of the refs among them. See `PlainRows`.
+
+        Raises AraelError: E1040 the instance is being solved.
+        """
+        row = self.plain_rows.row(values, handles)
+        if row is None:
+            return None
+        with self._changing("add rows to"):
+            buffers = self.buffers
+            moved = buffers.grow_back(1)
+            at = buffers.start + buffers.size - 1
+            row[SLOT], handle = self._slots.take_one(at)
+            row[PARENT] = 0 if parent is None else self.parent.buffers.view(SLOT)[parent]
+            buffers.put(at, row)
+            if moved:
+                self._renumber()
+            self._touch()
+        return handle
+
+    @cached_property
+    def plain_rows(self) -> PlainRows:
+        """The columns in which `append_plain` stores."""
+        return PlainRows(self)
 
     def extend(
         self, n: int, /, parent_rows: Any = None, *, front: bool = False, **columns: Any

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from threading import RLock, Thread, current_thread
 
 from arael.runtime.store.messages import error
@@ -53,8 +52,7 @@ class Use:
             if self._depth == 0:
                 self._solver = None
 
-    @contextmanager
-    def changing(self, what: str) -> Iterator[None]:
+    def changing(self, what: str) -> AbstractContextManager[None]:
         """Context that holds the lock while rows or refs are changed.
 
         Parameters
@@ -66,20 +64,23 @@ class Use:
         AraelError
             E1040: the instance is being solved, by another thread or by a caller in this one.
         """
-        with self.lock:
-            solver = self._solver
-            if solver is current_thread():
-                raise error(
-                    "E1040",
-                    f"cannot {what} while `{self.name}` is being solved",
-                    self.name,
-                    help="an observer or driver may read the model and write values: record the "
-                    "rows to add or remove, end the solve by returning False, and change the "
-                    "rows after `solve` has returned",
-                )
-            if solver is not None and solver.is_alive():
-                raise self._in_use(f"thread `{current_thread().name}` cannot {what}")
-            yield
+        return _Changing(self, what)
+
+    def _require_unused(self, what: str) -> None:
+        solver = self._solver
+        if solver is None:
+            return
+        if solver is current_thread():
+            raise error(
+                "E1040",
+                f"cannot {what} while `{self.name}` is being solved",
+                self.name,
+                help="an observer or driver may read the model and write values: record the "
+                "rows to add or remove, end the solve by returning False, and change the "
+                "rows after `solve` has returned",
+            )
+        if solver.is_alive():
+            raise self._in_use(f"thread `{current_thread().name}` cannot {what}")
 
     def _in_use(self, refused: str) -> Exception:
         assert self._solver is not None
@@ -105,3 +106,24 @@ class _Solving(AbstractContextManager[None]):
 
     def __exit__(self, *exception: object) -> None:
         self._use._end()
+
+
+class _Changing(AbstractContextManager[None]):
+    """What `Use.changing` returns; a generator would take a tenth of the time of adding a row."""
+
+    __slots__ = ("_use", "_what")
+
+    def __init__(self, use: Use, what: str) -> None:
+        self._use = use
+        self._what = what
+
+    def __enter__(self) -> None:
+        self._use.lock.acquire()
+        try:
+            self._use._require_unused(self._what)
+        except BaseException:
+            self._use.lock.release()
+            raise
+
+    def __exit__(self, *exception: object) -> None:
+        self._use.lock.release()

@@ -161,7 +161,6 @@ def _dimension(kind: str) -> Callable[[Session, Words], Reply]:
         )
         if known is None or known.name != made.name:
             return _reply(session, made, "Added")
-        session.repeats.note(words.statement.text, made, updated)
         return updated(session, known, made)
 
     run.__name__ = kind

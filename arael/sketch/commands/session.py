@@ -14,13 +14,11 @@ from arael.diagnostics.suggest import closest
 from arael.sketch.commands import table
 from arael.sketch.commands.numbers import place, shown
 from arael.sketch.commands.reading import Words
-from arael.sketch.commands.repeats import Repeat, Repeats
 from arael.sketch.commands.replies import Reply
 from arael.sketch.commands.tokens import Statement, fail, lines
 from arael.sketch.document.document import Document
 from arael.sketch.document.handles import split_handle
 from arael.sketch.document.kinds import PREFIXES
-from arael.sketch.document.records import Dimension
 from arael.sketch.expressions.evaluation import NoValueError, Value, evaluate
 from arael.sketch.expressions.functions import CONSTANTS
 from arael.sketch.expressions.reading import moved
@@ -120,7 +118,6 @@ class Session:
     state : `State`
     statement : the command that runs now
     after_line : called after every command line, for faces that show the sketch
-    repeats : dimensions that earlier lines gave values
     """
 
     def __init__(
@@ -135,7 +132,6 @@ class Session:
         self.state = State()
         self.statement: Statement | None = None
         self.after_line: Callable[[], None] | None = None
-        self.repeats = Repeats()
         self._depth = 0
 
     @property
@@ -163,46 +159,7 @@ class Session:
         AraelError
             At the first line that fails, with its place; lines before it stay.
         """
-        repeat = self.repeats.find(text, self.document)
-        if repeat is not None:
-            return [
-                self._again(
-                    text, name, repeat, lambda made: repeat.answer(self, repeat.known, made)
-                )
-            ]
         return [reply for line in lines(Source(name, text)) for reply in self.run_line(line)]
-
-    def renewed(self, text: str, name: str) -> Dimension | None:
-        """Run a line without a reply, if it gives a dimension of an earlier line a value.
-
-        What it would say takes as long as the solve of a small sketch.
-
-        Returns
-        -------
-        The dimension; None: the line does something else, and was not run.
-        """
-        repeat = self.repeats.find(text, self.document)
-        if repeat is None:
-            return None
-        made = self._again(text, name, repeat, lambda made: made)
-        self.editor.notices.clear()
-        return made
-
-    def _again(self, text: str, name: str, repeat: Repeat, answer: Callable[[Dimension], _T]) -> _T:
-        """Run a line that gives a dimension of an earlier line a value."""
-        try:
-            with self.document.transaction(text):
-                made = self.editor.renew(repeat.known, repeat.value)
-                self.repeats.keep(repeat, made)
-                return answer(made)
-        except (AraelError, ValueError) as error:
-            ((statement,),) = lines(Source(name, text))
-            word = _first_word(text)
-            span = Span(statement.source, statement.start, statement.start + len(word))
-            self._refuse(error, statement, statement.start, repeat.known.kind, span)
-        finally:
-            if self.after_line is not None:
-                self.after_line()
 
     def run_line(self, line: list[Statement]) -> list[Reply]:
         """Run the commands of one line, all or none."""

@@ -369,35 +369,6 @@ class Editor:
                 self._let_in(record.name, force)
         return self.document.constraints[record.name]
 
-    def would_help(
-        self,
-        kind: str,
-        args: Sequence[str],
-        *,
-        value: Amount | None = None,
-        numbers: Sequence[float] = (),
-        mode: str = "",
-    ) -> Verdict | None:
-        """What a constraint or dimension would do, without making it: a tenth of a millisecond.
-
-        Returns
-        -------
-        None if it is more than one equation between unknowns; `explain` tries those.
-        """
-        _, spelt = matched(self.document, kind, tuple(args))
-        record: Constraint | Dimension
-        if kind in DIMENSIONS:
-            if value is None:
-                now = measured(self.document, kind, spelt, mode)
-                value = Amount(repr(now), now)
-            side = self._side(kind, spelt, mode)
-            record = Dimension("", kind, spelt, _positive(kind, value), mode=mode, side=side)
-        else:
-            side = self.layout.side_of(kind, spelt, mode)
-            mode = mode or mode_of(self.document, kind, spelt)
-            record = Constraint("", kind, spelt, tuple(map(float, numbers)), side, mode)
-        return self.judge.would_help(record)
-
     def _constraint_name(self, kind: str, args: tuple[str, ...]) -> str:
         if kind in ("horizontal", "vertical") and len(args) == 1:
             return f"C{args[0]}{kind[0].upper()}"
@@ -462,10 +433,12 @@ class Editor:
         """Solve with a new row, or raise why not."""
         if self._together:
             return
-        verdict = self.judge.verdict(name)
+        verdict, known = self.judge.verdict(name), len(self.notices)
         self._refuse(verdict, force)
         label = self._label(name)
-        self._settle(name)
+        outcome = self._settle(name)
+        if verdict.kind == "here" and outcome.moved and self.judge.verdict(name).kind == "helps":
+            del self.notices[known:]  # the solution is in another position
         if name in self.document.dimensions:
             self.notices += notices.kept_by(self.document, name, verdict)
         elif verdict.kind == "partly":
@@ -552,23 +525,6 @@ class Editor:
         """The dimension of a quantity, None if there is none."""
         self.layout.refresh()
         return same_dimension(self.document, kind, args, self.layout.users_of(args[0]))
-
-    def renew(self, known: Dimension, value: Amount) -> Dimension:
-        """`dimension` with a value and without a mode, of one that is known to be there."""
-        new = Dimension(  # `replace` takes twice as long
-            known.name,
-            known.kind,
-            known.args,
-            value=_positive(known.kind, value),
-            side=self._side(known.kind, known.args, ""),
-            mode=known.mode if known.kind == "distance" else "",
-            active=known.active,
-            forced=known.forced,
-            broken=known.broken,
-            offset=known.offset,
-            along=known.along,
-        )
-        return self._change_dimension(known, new)
 
     def _mode(self, kind: str, args: tuple[str, ...], mode: str, value: Amount | None) -> str:
         if kind == "distance":

@@ -43,11 +43,11 @@ def impossible(
 
 
 def other_side(name: str, guard: str) -> AraelError:
-    """E1233: there is a solution on the other side only."""
+    """E1233: a solution was found on the other side only."""
     return AraelError(
         Diagnostic(
             "E1233",
-            f"`{name}` has no solution on this side: {guard} would turn over",
+            f"no solution of `{name}` was found on this side: {guard} would turn over",
             help=("drag the geometry to the other side first, or choose another value",),
         )
     )

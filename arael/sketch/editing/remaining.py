@@ -11,7 +11,7 @@ from arael.runtime.levels.compiled import largest, mostly_apart
 from arael.sketch.editing import refusals
 from arael.sketch.editing.checks import check_largest, check_remains
 from arael.sketch.layout.layout import Layout
-from arael.sketch.solve.extents import COLLAPSED, Extents
+from arael.sketch.solve.extents import COLLAPSED
 from arael.sketch.solve.solver import Solver
 
 #: A drawing that grows to so many times its size is looked at twice.
@@ -35,15 +35,14 @@ class Remaining:
 
     def __init__(self, layout: Layout, solver: Solver) -> None:
         self._document, self._layout, self._solver = layout.document, layout, solver
-        self._extents: tuple[int, Extents] | None = None  # of a version of the layout
-        self._looked = (-1, 0)  # at how many entities of a version one by one
+        self._looked = (-1, 0)  # at how many entities one by one, since any came or went
 
     def check(self, names: Sequence[str], old: Floats, size: float, cause: str = "") -> None:
         """Refuse what makes any of `names` collapse; see `arael.sketch.editing.checks`."""
         if len(names) <= _FEW and self._one_by_one(len(names)):
             check_remains(self._document, names, old, size, cause)
             return
-        suspects = self._known_extents().suspects(self._document.values, COLLAPSED * size)
+        suspects = self._solver.extents.suspects(self._document.values, COLLAPSED * size)
         if suspects:
             moved = set(names)
             collapsed = [name for name in suspects if name in moved]
@@ -52,15 +51,14 @@ class Remaining:
     def _one_by_one(self, count: int) -> bool:
         """Whether so few entities are looked at without `Extents`.
 
-        These have to be made for each structure from all entities: that pays when as many were
-        looked at one by one.
+        These have to be made from all entities whenever any came or went: that pays when as many
+        were looked at one by one.
         """
-        version = self._layout.version
-        known = self._extents
-        looked = self._looked[1] if self._looked[0] == version else 0
-        if looked >= len(self._document.entities) or (known is not None and known[0] == version):
+        drawn = self._layout.drawn
+        looked = self._looked[1] if self._looked[0] == drawn else 0
+        if looked >= len(self._document.entities):
             return False
-        self._looked = (version, looked + count)
+        self._looked = (drawn, looked + count)
         return True
 
     def check_all(self, before: Floats, size: float) -> None:
@@ -70,14 +68,7 @@ class Remaining:
 
     def collapses(self, values: Floats, size: float) -> bool:
         """Whether something has no extent at other numbers of the document, (N,)."""
-        return self._known_extents().collapses(values, COLLAPSED * size)
-
-    def _known_extents(self) -> Extents:
-        known = self._extents
-        if known is None or known[0] != self._layout.version:
-            known = (self._layout.version, Extents(self._document.entities.values()))
-            self._extents = known
-        return known[1]
+        return self._solver.extents.collapses(values, COLLAPSED * size)
 
     def check_near(self, before: Floats, size: float, moves: int) -> None:
         """Refuse a solution at infinity, where anything has moved since `moves`.

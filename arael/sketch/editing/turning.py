@@ -1,7 +1,9 @@
 """Where a line starts that is to have quite another direction.
 
 From across, the nearest solution of ``vertical`` is a line without length. So a line that deviates
-by more than 30 degrees from the direction that a new relation wants is turned there first.
+by more than 30 degrees from the direction that a new relation wants is turned there first. A line
+that is to be tangent to an arc at their common end is turned if it deviates by more than 60
+degrees; where both ways are as far, to continue the arc. Nearer, line and arc share the change.
 """
 
 from __future__ import annotations
@@ -10,7 +12,9 @@ import math
 
 from arael.sketch.document.document import Document
 
-_FAR = math.radians(30.0)
+_FAR, _FAR_TANGENT = math.radians(30.0), math.radians(60.0)
+#: A line is across an arc from here on: both ways to be tangent are as far.
+_ACROSS = math.radians(80.0)
 
 Moves = dict[int, tuple[float, float]]
 """Offset of the x of a point -> where to."""
@@ -28,8 +32,10 @@ def turned(document: Document, kind: str, args: tuple[str, ...]) -> Moves:
     name, direction = found
     x1, y1, x2, y2 = document.numbers_of(name).tolist()
     off = math.remainder(math.atan2(y2 - y1, x2 - x1) - direction, math.pi)
-    if abs(off) < _FAR:
+    if abs(off) < (_FAR_TANGENT if kind == "tangent" else _FAR):
         return {}
+    if kind == "tangent" and abs(off) > _ACROSS:
+        off = math.remainder(math.atan2(y2 - y1, x2 - x1) - direction, 2.0 * math.pi)
     ties = [_tied(document, f"{name}.p1"), _tied(document, f"{name}.p2")]
     held = [_is_held(document, name, tied) for tied in ties]
     share = {(True, False): 0.0, (False, True): 1.0}.get((held[0], held[1]), 0.5)
@@ -45,6 +51,8 @@ def turned(document: Document, kind: str, args: tuple[str, ...]) -> Moves:
 def _wanted(document: Document, kind: str, args: tuple[str, ...]) -> tuple[str, float] | None:
     """The line that is to be turned, and the direction (radians) that it is to have."""
     names = [arg.partition(".")[0] for arg in args]
+    if kind == "tangent":
+        return _wanted_tangent(document, names)
     if any(document.entities[name].kind != "line" for name in names):
         return None
     if kind in ("horizontal", "vertical") and len(set(names)) == 1:
@@ -54,6 +62,32 @@ def _wanted(document: Document, kind: str, args: tuple[str, ...]) -> tuple[str, 
         direction = math.atan2(y2 - y1, x2 - x1)
         return names[1], direction + (0.5 * math.pi if kind == "perpendicular" else 0.0)
     return None
+
+
+def _wanted_tangent(document: Document, names: list[str]) -> tuple[str, float] | None:
+    """A line, and the direction of the arc at the end they share."""
+    kinds = {document.entities[name].kind: name for name in names}
+    if kinds.keys() != {"line", "arc"}:
+        return None
+    line, arc = kinds["line"], kinds["arc"]
+    for p, one in enumerate(("p1", "p2")):
+        shared = _tied(document, f"{line}.{one}")
+        for e, end in enumerate(("start", "end")):
+            if f"{arc}.{end}" not in shared:
+                continue
+            x, y = _place(document, f"{arc}.{end}")
+            cx, cy = _place(document, f"{arc}.center")
+            # Arcs run counter-clockwise: a line from p1 to p2 goes on at the end, and comes in at
+            # the start.
+            forward = math.atan2(y - cy, x - cx) + 0.5 * math.pi
+            return line, forward + (math.pi if p == e else 0.0)
+    return None
+
+
+def _place(document: Document, handle: str) -> tuple[float, float]:
+    at = document.point_at(handle)
+    x, y = document.values[at : at + 2].tolist()
+    return x, y
 
 
 def _tied(document: Document, start: str) -> list[str]:

@@ -12,11 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.runtime.levels.compiled import surely_independent
-from arael.sketch.document.records import Constraint, Dimension
 from arael.sketch.judge.conflicts import conflict, joints, smallest
 from arael.sketch.judge.motions import Motion, Part, motions
 from arael.sketch.judge.rank import Rank
-from arael.sketch.layout.candidates import Candidates
 from arael.sketch.layout.layout import Layout, Linearisation
 from arael.sketch.solve.breaking import broken_off
 from arael.sketch.solve.solver import Solver
@@ -92,7 +90,6 @@ class Judge:
         self.layout = layout
         self.document = layout.document
         self.solver = solver
-        self.candidates = Candidates(layout)
         self._kept: tuple[int, Floats, Linearisation, Rank] | None = None
 
     def _rank(self, system: Linearisation, last: Ints | None = None) -> Rank:
@@ -180,23 +177,6 @@ class Judge:
         if name in self.layout.spare:
             return Verdict(name, "redundant", self.layout.tie_members(name))
         return Verdict(name, "helps")
-
-    def would_help(self, record: Constraint | Dimension) -> Verdict | None:
-        """What a record that is not in the document would do, from the factor there is.
-
-        None if it takes more than one equation between unknowns: then only trying tells.
-        """
-        candidate = self.candidates.of(record)
-        if candidate is None:
-            return None
-        system, rank = self._present()
-        rows, weights, left = rank.combination(candidate.columns, candidate.entries)
-        if left > rank.tolerance:
-            return Verdict(record.name, "helps", freedoms=1)
-        gap = candidate.residual - float(weights @ system.residuals[rows])
-        kind: Kind = "impossible" if abs(gap) > _OPEN * self.layout.size else "redundant"
-        members = self._named(self._weighty(system, rows, weights))
-        return Verdict(record.name, kind, tuple(members))
 
     def _present(self) -> tuple[Linearisation, Rank]:
         """The factor of the whole sketch as it is, kept while nothing changes."""

@@ -74,6 +74,11 @@ class Layout(System):
         found = dict.fromkeys(one for at in points for one in self.holders_at(at))
         return [one for one in found if one != name]
 
+    @property
+    def drawn(self) -> int:
+        """A count that grows when entities come or go."""
+        return self._drawn
+
     def users_of(self, handle: str) -> list[str]:
         """Names of the records that involve an entity, or that of a point's handle."""
         return list(self._users.get(handle.partition(".")[0], ()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,11 +71,6 @@ class System(Numbers):
     def column_of(self) -> NDArray[np.int64]:
         """Column of every number of the document, -1 of fixed ones; the last element is -1."""
         return self._table().column_of
-
-    def columns_at(self, indices: NDArray[Any]) -> NDArray[np.int64]:
-        """Columns of unknowns by their indices in `x`."""
-        found: NDArray[np.int64] = self._table().column[indices]
-        return found
 
     def columns_of(self, name: str) -> NDArray[np.int64]:
         """Columns of an entity, a point, a number (``L0.p1.x``), or a record's hidden unknowns."""

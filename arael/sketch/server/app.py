@@ -7,9 +7,8 @@ import secrets
 import threading
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from arael.diagnostics.records import AraelError
 from arael.sketch.server.guard import Guard
 from arael.sketch.server.page_files import PageFiles
-from arael.sketch.server.protocol import is_place, json_message, received
-from arael.sketch.server.quick_socket import EXTENSION, QuickSocket
+from arael.sketch.server.protocol import json_message, received
 from arael.sketch.server.windows import Window
 from arael.sketch.server.worker import Worker
 
@@ -38,23 +36,15 @@ MAX_BEHIND = 64 * 1024 * 1024
 class SocketLink:
     """The way to a page over a WebSocket: a queue that one task sends.
 
-    What the thread of the task sends while nothing waits is sent at once, if that is possible.
-
     Parameters
     ----------
-    loop : of the task, in the thread that makes the link
-    at_once : sends a message, and says whether it could
+    loop : of the task
     """
 
-    def __init__(
-        self, loop: asyncio.AbstractEventLoop, at_once: Callable[[bytes], bool] | None = None
-    ) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
-        self._at_once = at_once
-        self._thread = threading.get_ident()
         self._queue: deque[bytes] = deque()
         self._bytes = 0
-        self._is_sending = False
         self._lock = threading.Lock()
         self._wake = asyncio.Event()
         self.ended = False
@@ -68,18 +58,11 @@ class SocketLink:
         """Send a message, or put it in the queue; by any thread."""
         if self.ended:
             return
-        mine = threading.get_ident() == self._thread
-        waits = not mine or bool(self._queue) or self._is_sending
-        if self._at_once is not None and not waits and self._at_once(data):
-            return
         with self._lock:
             self._queue.append(data)
             self._bytes += len(data)
             if self._bytes > MAX_BEHIND:
                 self.ended = True
-        if mine:  # needs no signal to the loop
-            self._wake.set()
-            return
         try:
             self._loop.call_soon_threadsafe(self._wake.set)
         except RuntimeError:  # the loop has ended
@@ -93,18 +76,12 @@ class SocketLink:
                 self._wake.clear()
                 while self._queue and not self.ended:
                     with self._lock:
-                        self._is_sending = True
                         data = self._queue.popleft()
                         self._bytes -= len(data)
                     await socket.send_bytes(data)
-                    self._is_sending = False
             await socket.close(4408, "too slow")
         except (WebSocketDisconnect, RuntimeError):  # the page is gone
             self.ended = True
-
-
-def _at_once(job: Callable[[], None]) -> None:
-    job()
 
 
 class Server:
@@ -144,8 +121,7 @@ class Server:
     async def _socket(self, socket: WebSocket) -> None:
         await socket.accept()
         loop = asyncio.get_running_loop()
-        quick: QuickSocket | None = socket.scope.get("extensions", {}).get(EXTENSION)
-        link = SocketLink(loop, quick.send_now if quick else None)
+        link = SocketLink(loop)
         name = socket.query_params.get("window", "")[:64] or f"window-{secrets.token_hex(8)}"
         since = socket.query_params.get("since", "")
         revision = int(since) if since.isdigit() and len(since) < 12 else -1
@@ -156,27 +132,12 @@ class Server:
             await socket.close(4409, error.diagnostics[0].message[:100])
             return
         pump = asyncio.create_task(link.pump(socket))
-        if quick is not None:
-            quick.takes = partial(self._take_place, window)
         try:
             await self._read(socket, window)
         finally:
-            if quick is not None:
-                quick.takes = None
             link.ended = True
             pump.cancel()
             self.worker.call(lambda: self.shared.close(window))
-
-    def _take_place(self, window: Window, data: bytes) -> bool:
-        """Make the frame of a place of the pointer in this call; False: it is none."""
-        if not is_place(data):
-            return False
-        try:
-            found = received(data)
-        except AraelError:  # said by `_read`
-            return False
-        self.worker.receive(window, found, _at_once)
-        return True
 
     async def _read(self, socket: WebSocket, window: Window) -> None:
         loop = asyncio.get_running_loop()
@@ -192,7 +153,7 @@ class Server:
                     text = error.diagnostics[0].message
                     window.send({"type": "message", "level": "error", "text": text})
                     continue
-                self.worker.receive(window, found, loop.call_soon)
+                self.worker.receive(window, found)
                 if isinstance(found, dict):
                     loop.call_later(BUSY_AFTER, self._report_busy)
         except WebSocketDisconnect:

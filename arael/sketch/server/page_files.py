@@ -1,11 +1,10 @@
-"""The page's files as browsers receive them: without comments, compressed, kept by the browser."""
+"""The page's files as browsers receive them: compressed, kept by the browser."""
 
 from __future__ import annotations
 
 import gzip
 import hashlib
 import os
-from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,17 +13,11 @@ from starlette.datastructures import Headers
 from starlette.responses import Response
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 
-from arael.sketch.server.compact import compact_script, compact_style
-
-_KINDS: dict[str, tuple[str, Callable[[str], str]]] = {
-    ".js": ("text/javascript", compact_script),
-    ".css": ("text/css", compact_style),
-    ".html": ("text/html", str),
-}
+_KINDS = {".js": "text/javascript", ".css": "text/css", ".html": "text/html"}
 
 
 class PageFiles(StaticFiles):
-    """Files of a folder; those of `_KINDS` compacted, and compressed if the browser reads that.
+    """Files of a folder; those of `_KINDS` are compressed if the browser reads that.
 
     A file that the browser has already is not sent again: its `ETag` is that of its content.
     """
@@ -43,7 +36,7 @@ class PageFiles(StaticFiles):
         if squeezed:
             headers["content-encoding"] = "gzip"
         found = Response(
-            compressed if squeezed else plain, status_code, headers, _KINDS[path.suffix][0]
+            compressed if squeezed else plain, status_code, headers, _KINDS[path.suffix]
         )
         return NotModifiedResponse(found.headers) if asked.get("if-none-match") == tag else found
 
@@ -52,7 +45,7 @@ class PageFiles(StaticFiles):
 def _content(path: Path, changed: int, size: int) -> tuple[bytes, bytes, str]:
     """Bytes, compressed bytes and tag of a file; computed again once it has changed."""
     del changed, size
-    plain = _KINDS[path.suffix][1](path.read_text(encoding="utf-8")).encode()
+    plain = path.read_bytes()
     # weak: one tag for both encodings
     tag = f'W/"{hashlib.sha256(plain).hexdigest()[:20]}"'
     return plain, gzip.compress(plain, 9, mtime=0), tag

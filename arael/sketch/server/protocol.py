@@ -76,11 +76,6 @@ def frame_message(
     )
 
 
-def is_place(data: bytes | memoryview) -> bool:
-    """Whether a message says that it is a place of the pointer."""
-    return data[:4] == _DRAG_HEAD
-
-
 def received(data: bytes | memoryview) -> DragTo | dict[str, Any]:
     """A message of a page.
 

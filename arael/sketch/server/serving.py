@@ -24,7 +24,6 @@ from arael.sketch.server.addresses import listening_for
 from arael.sketch.server.app import Server
 from arael.sketch.server.keeping import Keeper
 from arael.sketch.server.protocol import MAX_MESSAGE
-from arael.sketch.server.quick_socket import QuickSocket
 from arael.sketch.server.shared import SharedSketch
 from arael.sketch.server.worker import Worker
 
@@ -122,7 +121,7 @@ def config(app: Any) -> uvicorn.Config:
     return uvicorn.Config(
         app,
         log_level="warning",
-        ws=QuickSocket,
+        ws="websockets-sansio",
         ws_max_size=MAX_MESSAGE,
         ws_per_message_deflate=False,
         server_header=False,

@@ -18,17 +18,11 @@ from arael.sketch.server.windows import Window
 
 _T = TypeVar("_T")
 
-SHORT = 0.01
-"""Seconds of a frame of a drag up to which it is made by the thread that received its place."""
-
 
 class Worker:
     """Runs everything that touches a sketch, one after the other, in one thread.
 
-    Of several places of a window's pointer that wait behind each other the newest is used. While
-    nothing runs or waits, a thread that received a place makes its frame itself, as long as frames
-    are short: to hand it over to another thread and back takes a third of the time of the solver
-    at 500 constraints.
+    Of several places of a window's pointer that wait behind each other the newest is used.
 
     Parameters
     ----------
@@ -48,8 +42,6 @@ class Worker:
         self._places: dict[Window, DragTo] = {}
         self._wake = threading.Condition()
         self._ended = False
-        self._taken = True  # something touches the sketch; the thread, before it starts
-        self._frame_took = 0.0
         self._thread = threading.Thread(target=self._work, name="sketch", daemon=True)
 
     def start(self) -> None:
@@ -63,32 +55,14 @@ class Worker:
             self._wake.notify()
         self._thread.join()
 
-    def receive(
-        self,
-        window: Window,
-        message: DragTo | dict[str, Any],
-        soon: Callable[[Callable[[], None]], object] | None = None,
-    ) -> None:
-        """Put a message of a page in line; by any thread.
-
-        Parameters
-        ----------
-        soon : calls a function in a thread of the caller, at once or after the messages that it has
-            received already; None: only the worker's thread makes frames
-        """
+    def receive(self, window: Window, message: DragTo | dict[str, Any]) -> None:
+        """Put a message of a page in line; by any thread."""
         if isinstance(message, DragTo):
             with self._wake:
                 waits = window in self._places
                 self._places[window] = message
-                if waits:
-                    return
-                job = partial(self._drag, window)
-                here = not (self._taken or self._inbox) and self._frame_took < SHORT
-                self._inbox.append(job)
-                if not here or soon is None:
-                    self._wake.notify()
-                    return
-            soon(partial(self._drag_here, job))
+            if not waits:
+                self._put(partial(self._drag, window))
             return
         if message["type"] == "break":
             self.shared.interrupt()
@@ -99,25 +73,7 @@ class Worker:
     def _drag(self, window: Window) -> None:
         with self._wake:
             place = self._places.pop(window)
-        began = time.monotonic()
-        try:
-            self.shared.receive(window, place)
-        finally:
-            self._frame_took = time.monotonic() - began
-
-    def _drag_here(self, job: Callable[[], None]) -> None:
-        """Make a frame in this thread, if it is still the first in line."""
-        with self._wake:
-            if self._taken or not self._inbox or self._inbox[0] is not job:
-                self._wake.notify()
-                return
-            self._inbox.popleft()
-            self._taken = True
-        self._safely(job)
-        with self._wake:
-            self._taken = False
-            if self._inbox or self._ended or self.shared.is_unfinished:
-                self._wake.notify()
+        self.shared.receive(window, place)
 
     def call(self, function: Callable[[], _T]) -> Future[_T]:
         """Call a function in the thread; by any thread."""
@@ -143,15 +99,11 @@ class Worker:
         wait: float | None = 0.0
         while True:
             with self._wake:
-                self._taken = False
                 if not self._inbox and not self._ended:
                     self._wake.wait(wait)
-                while self._taken:  # another thread makes a frame
-                    self._wake.wait(SHORT)
                 job = self._inbox.popleft() if self._inbox else None
                 if job is None and self._ended:
                     break
-                self._taken = True
             self.began = time.monotonic()
             if job is None:
                 wait = self._safely(self.shared.idle)

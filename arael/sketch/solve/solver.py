@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import replace
@@ -19,7 +20,9 @@ from arael.sketch.document.records import Entity
 from arael.sketch.layout.layout import Layout
 from arael.sketch.solve.extents import COLLAPSED, Extents
 from arael.sketch.solve.outcome import Outcome
+from arael.sketch.solve.search import Search
 from arael.sketch.solve.tolerances import TOLERANCE, Tolerances
+from arael.sketch.solve.turning import Turning
 
 Array = NDArray[np.float64]
 
@@ -39,6 +42,11 @@ MOST_KNOTS = 8
 _BY_FAR = 1e3
 #: The way to a new value is given up where no step this small succeeds.
 SMALLEST_STEP = 1.0 / 256.0
+#: The shortest part of a frame of a drag, and the longest in which lines may pass each other.
+SMALLEST_PART, PASSING_PART = 1.0 / 512.0, 1.0 / 64.0
+#: The part of a frame that is left out where points would leap; and by how many times the way of
+#: the cursor they come nearer to it where they do not.
+LEFT_OUT, MOST_GAIN = 1.0 / 16.0, 4.0
 
 
 _NONE: Mapping[str, float] = MappingProxyType({})
@@ -68,7 +76,7 @@ class Solver:
         self._version = -1
         self._levers = np.zeros(0)  # for which angles are scaled
         self._trial: tuple[tuple[int, bytes], Levels] | None = None
-        self._extents: tuple[int, Extents] | None = None  # of a version of the layout
+        self._extents: tuple[int, Extents] | None = None  # by the layout's `drawn`
         self.interruption = Interruption()
         self._question: object | None = None  # what is asked about the document, if it may end
         self._broken: object | None = None  # the step of undo or question that was to be broken off
@@ -143,7 +151,25 @@ class Solver:
             share += (1.0 - share) * found.fraction
         if not found.solved:
             self.layout.cross_back(moved)
+        if found.status in ("side", "stalled") and not self.layout.impossible:
+            return self._searched() or found
         return found
+
+    def _searched(self) -> Outcome | None:
+        """A solution where the steps of least norm lead to none, written; None if none is found."""
+        layout = self.layout
+        x = layout.gather().copy()
+        self.prepare(x)
+        taken = layout.take_changes()
+        found = Search(self, x).solution()
+        if found is None:
+            layout.return_changes(taken)
+            return None
+        return self.written(found, Outcome("solved"))
+
+    def guarded(self, x: Array) -> bool:
+        """Solve in place on the sides of `x`; whether that is done."""
+        return self._newton(x).solved
 
     def _once(
         self, last: Array | None = None, share: float = 0.0, crossed: Mapping[str, float] = _NONE
@@ -425,7 +451,7 @@ class Solver:
         kept = {*document.entities, *names}
         start = x.copy()
         good = self._keeps_sides(x, active, kept)
-        lost = self._collapsed(x)
+        lost = self.collapsed(x)
         lines = [one for one in lost if one.kind == "line"]
         if not lines:
             return good and not lost
@@ -435,7 +461,7 @@ class Solver:
             for line, angle in ways:
                 self._turn(x, line, angle)
             good = self._newton(x, active, guarded=False).solved and self._on_sides(x, kept)
-            if good and not self._collapsed(x):
+            if good and not self.collapsed(x):
                 return True
         return False
 
@@ -479,15 +505,19 @@ class Solver:
         owners = zip(self.layout.guards.evaluate(x).tolist(), self.layout.guard_owner, strict=False)
         return all(side > 0.0 for side, owner in owners if owner in kept)
 
-    def _collapsed(self, x: Array) -> list[Entity]:
+    def collapsed(self, x: Array) -> list[Entity]:
         """Entities that have an extent in the document and none at `x`."""
         layout = self.layout
-        known = self._extents
-        if known is None or known[0] != layout.version:
-            known = (layout.version, Extents(layout.document.entities.values()))
-            self._extents = known
         least = COLLAPSED * layout.size
-        return known[1].lost(layout.document.values, layout.values_at(x), least)
+        return self.extents.lost(layout.document.values, layout.values_at(x), least)
+
+    @property
+    def extents(self) -> Extents:
+        """Of the document's entities, kept until any comes or goes."""
+        layout = self.layout
+        if self._extents is None or self._extents[0] != layout.drawn:
+            self._extents = (layout.drawn, Extents(layout.document.entities.values()))
+        return self._extents[1]
 
     def _turn(self, x: Array, line: Entity, angle: float) -> None:
         """Turn a line in `x` about the end of it that is fixed, else its middle."""
@@ -566,6 +596,8 @@ class Drag:
         self.home = layout.gather().copy()
         layout.renew_sides()
         self.began = layout.document.values.copy()
+        self._cursor: dict[int, float] = {}  # where numbers were pulled to in the last frame
+        self._turning: Turning | None = None
         self.points = np.asarray(at, dtype=np.int64).ravel()
         # lists: a frame has a few numbers, for which NumPy takes longer
         self._offsets: list[int] = np.column_stack([self.points, self.points + 1]).ravel().tolist()
@@ -631,22 +663,110 @@ class Drag:
         solver.prepare(x)
         tolerance = solver.tolerances.at(x)
         # by column, the first of those that coincide
-        pulled: dict[int, float] = {}
+        pulled: dict[int, tuple[float, float]] = {}
         for offset, place in zip(offsets, places, strict=True):
             if not layout.is_fixed(offset):
-                pulled.setdefault(layout.root_of(offset), place)
+                last = self._cursor.get(offset, float(layout.document.values[offset]))
+                pulled.setdefault(layout.root_of(offset), (last, place))
+        self._cursor = dict(zip(offsets, places, strict=True))
         if not pulled:
             return Outcome("solved")
-        columns = sorted(pulled)
-        found = solver.levels.drag(
+        columns = np.array(sorted(pulled), dtype=np.int64)
+        way = np.array([pulled[column] for column in columns.tolist()])
+        until = None if seconds is None else time.monotonic() + seconds
+        start = x.copy()
+        found = self._frame(x, columns, way[:, 1].copy(), tolerance, until)
+        outcome = solver.named(found, x, tolerance, converged=found.converged)
+        if not outcome.solved:
+            return outcome
+        now = layout.values_at(x)
+        turned, passed = self._directions().change(layout.document.values, now)
+        if not found.converged:
+            self._cursor = {}  # the points lag behind it
+        if turned or passed:
+            outcome = self._along(x, start, columns, way, tolerance, until, outcome)
+        return solver.written(x, outcome) if outcome.solved else outcome
+
+    def _frame(
+        self,
+        x: Array,
+        columns: NDArray[np.int64],
+        places: Array,
+        tolerance: Array,
+        until: float | None,
+    ) -> Any:
+        """Pull unknowns to places, in `x`."""
+        layout = self.solver.layout
+        seconds = None if until is None else max(until - time.monotonic(), 0.0)
+        return self.solver.levels.drag(
             x,
-            np.array(columns, dtype=np.int64),
-            np.array([pulled[column] for column in columns]),
+            columns,
+            places,
             self.home,
             tolerance if len(tolerance) else TOLERANCE * layout.size,
             low=layout.low,
             high=layout.high,
             seconds=seconds,
         )
-        outcome = solver.named(found, x, tolerance, converged=found.converged)
-        return solver.written(x, outcome) if outcome.solved else outcome
+
+    def _along(
+        self,
+        x: Array,
+        start: Array,
+        columns: NDArray[np.int64],
+        way: Array,
+        tolerance: Array,
+        until: float | None,
+        whole: Outcome,
+    ) -> Outcome:
+        """A frame in parts, along the way of the cursor, because it turns lines far or over.
+
+        The nearest place to a cursor that is far may be on another branch of the motion, to which
+        nothing leads. Parts are halved until each looks continuous, or is as short as a frame of a
+        slow cursor. Where the points would leap, a piece of the way is left out.
+
+        Parameters
+        ----------
+        x : the result, in place
+        start : unknowns before the frame
+        way : (k, 2) the cursor's last and new place, by column
+        whole : outcome of the frame in one part
+        """
+        solver, layout, turning = self.solver, self.solver.layout, self._directions()
+        x[:] = start
+        before = layout.values_at(x)
+        done, step = 0.0, 0.5
+        outcome = replace(whole, converged=False)
+        while done < 1.0:
+            if solver.interrupted:
+                return Outcome("interrupted", fraction=0.0)
+            if done > 0.0 and until is not None and time.monotonic() > until:
+                self._cursor = {}  # the next frame goes on from there
+                return replace(outcome, converged=False)
+            share = min(done + step, 1.0)
+            tried = x.copy()
+            places = way[:, 0] + share * (way[:, 1] - way[:, 0])
+            found = self._frame(tried, columns, places, tolerance, None)
+            now = layout.values_at(tried)
+            turned, passed = turning.change(before, now)
+            smallest = step <= SMALLEST_PART
+            near = not turned and (step <= PASSING_PART or not passed)
+            if smallest and not near:
+                # What turns is free to, unless that brings the points nearer than the part is long.
+                gain = np.linalg.norm(x[columns] - places) - np.linalg.norm(tried[columns] - places)
+                near = gain <= MOST_GAIN * step * np.linalg.norm(way[:, 1] - way[:, 0])
+            if found.solved and near:
+                x[:], before, done = tried, now, share
+                outcome = solver.named(found, x, tolerance, converged=found.converged)
+                step = min(2.0 * step, 0.5)
+            elif smallest:
+                done += LEFT_OUT
+            else:
+                step *= 0.5
+        return outcome
+
+    def _directions(self) -> Turning:
+        """Lines that share places, as the drag began."""
+        if self._turning is None:
+            self._turning = Turning(self.solver.layout.document)
+        return self._turning

@@ -7,6 +7,7 @@ from dataclasses import replace
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.kinds import DIMENSIONS
+from arael.sketch.document.records import Dimension, Parameter
 from arael.sketch.editing.editor import Editor
 from arael.sketch.expressions.dependencies import amounts_of
 from arael.sketch.expressions.evaluation import compiled
@@ -82,7 +83,8 @@ def _spell_units(document: Document) -> None:
 
 
 def _require(document: Document, wanted: dict[tuple[str, str], float]) -> None:
-    for record in (*document.dimensions.values(), *document.parameters.values()):
+    records: list[Dimension | Parameter] = [*document.dimensions.values()]
+    for record in [*records, *document.parameters.values()]:
         for field, amount in amounts_of(record):
             number = wanted[record.name, field]
             if abs(amount.number - number) > _ROUNDING * max(abs(number), 1e-300):

@@ -323,6 +323,7 @@ def test_ctrl_c_ends_a_solve() -> None:
     assert x[0] == 0.0
 
 
+@pytest.mark.slow
 def test_a_long_chain_of_rectangles() -> None:
     rows, x0 = rectangles(2500)  # 10,000 rows and four
     x = x0 + 1e-3 * random(7).normal(size=len(x0))

@@ -95,6 +95,7 @@ def expected(struct: str, uses: Any, data: dict[str, float], x: Array) -> tuple[
     return np.array([x[a] - x[b]]), j
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("interpret", [True, False])
 def test_random_edits_leave_the_rows_of_what_is_there(interpret: bool) -> None:
     """Also: rows of instances that are not touched stay bit-identical, at the same numbers."""

@@ -117,6 +117,7 @@ def test_every_struct_has_a_formula() -> None:
     assert set(KernelRows(model().layout).tables) == set(FORMULAS)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("struct", STRUCTS)
 def test_residuals_are_those_of_the_formula(struct: str) -> None:
     for seed in range(6):
@@ -141,6 +142,7 @@ def drawings(sample: Sample) -> list[Array]:
     return [sample.x, mirrored, turned, grid]
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("struct", STRUCTS)
 def test_entries_are_derivatives_of_the_formula(struct: str) -> None:
     for seed in range(2):
@@ -158,6 +160,7 @@ def near_a_jump(sample: Sample, x: Array) -> bool:
     return bool(turned > 50)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 @pytest.mark.parametrize("struct", STRUCTS)
 def test_residuals_scale_with_the_drawing(struct: str, scale: float) -> None:
@@ -190,6 +193,7 @@ def test_residuals_do_not_depend_on_the_place(struct: str) -> None:
 EQUATIONS = sorted(s for s in STRUCTS if not s.endswith("Guard"))
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("struct", EQUATIONS)
 def test_rows_are_independent_and_of_unit_size_where_they_hold(struct: str) -> None:
     for seed in range(3):

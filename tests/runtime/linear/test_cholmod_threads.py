@@ -70,6 +70,7 @@ def test_its_loops_stay_on_the_calling_thread() -> None:
     assert said_by(LOOPS) == "0"
 
 
+@pytest.mark.slow
 def test_its_blas_is_limited(tmp_path: Path) -> None:
     path = tmp_path / "mean.arael"
     path.write_text(MEAN)

@@ -30,6 +30,7 @@ def instructions(request: pytest.FixtureRequest) -> Iterator[str]:
     use_instruction_set(instruction_sets()[-1])
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("single", [False, True], ids=["f64", "f32"])
 @pytest.mark.parametrize("name", ["dense", "band", "sparse"])
 @pytest.mark.parametrize("index", range(len(PATTERNS)))
@@ -44,6 +45,7 @@ def test_residual(index: int, name: str, single: bool, instructions: str) -> Non
         assert np.abs(residual).max() < (2e-5 if single else 1e-13)
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("single", [False, True], ids=["f64", "f32"])
 @pytest.mark.parametrize("rows", [*range(1, 20), 24, 31, 32, 33, 47, 48])
 @pytest.mark.parametrize("columns", [1, 5, 6, 13])
@@ -71,6 +73,15 @@ def test_every_remainder(size: int, instructions: str) -> None:
     assert np.abs(matrix @ solver.solved(matrix.sum(axis=1)) - matrix.sum(axis=1)).max() < 1e-12
 
 
+@pytest.mark.sweep(
+    slow=(
+        "base-dense-1537",
+        "base-sparse-1537",
+        "base-band-1537",
+        "avx512-band-1537",
+        "avx2-band-1537",
+    )
+)
 @pytest.mark.parametrize("size", [1537, pytest.param(1600, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["dense", "sparse", "band"])
 def test_large(size: int, name: str, instructions: str) -> None:
@@ -87,6 +98,7 @@ def test_large(size: int, name: str, instructions: str) -> None:
         assert solver.factorise(values, spoilt) == 1 + 900
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("size", [450, pytest.param(1540, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("below", [10, 300])
 def test_large_fronts_with_rows_below(size: int, below: int, instructions: str) -> None:

@@ -33,6 +33,7 @@ def residual(pattern: BlockPattern, single: bool = False, **options: object) -> 
     return float(np.abs(dense(pattern, values, diagonal) @ solver.solved(b) - b).max())
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("single", [False, True], ids=["f64", "f32"])
 @pytest.mark.parametrize("first", [False, True], ids=["points_last", "points_first"])
 @pytest.mark.parametrize("size", [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 17, 20, 33])

@@ -21,6 +21,7 @@ PATTERNS = {
 }
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("ordering", ["auto", "natural", "minimum_degree", "nested_dissection"])
 @pytest.mark.parametrize("name", PATTERNS)
 def test_blocks_against_the_dense_inverse(name: str, ordering: str) -> None:

@@ -78,10 +78,12 @@ def error_of(pattern: BlockPattern, name: str, single: bool, seed: int = 0) -> f
 class TestEverySolver:
     """What holds for each solver, each precision and each pattern."""
 
+    @pytest.mark.sweep(5)
     @pytest.mark.parametrize("pattern", sorted(PATTERNS))
     def test_solution(self, pattern: str, name: str, single: bool) -> None:
         assert error_of(PATTERNS[pattern](), name, single) < (1e-4 if single else 1e-11)
 
+    @pytest.mark.sweep(3)
     @settings(
         max_examples=25,
         deadline=None,
@@ -139,6 +141,7 @@ class TestEverySolver:
         residual = dense(pattern, values, diagonal) @ solver.solved(b) - b
         assert np.abs(residual).max() < (1e-4 if single else 1e-12)
 
+    @pytest.mark.sweep(4)
     @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, -1.0, 0.0])
     @pytest.mark.parametrize("scalar", [0, 7, 44])
     def test_bad_pivot_is_named(self, bad: float, scalar: int, name: str, single: bool) -> None:
@@ -178,6 +181,7 @@ class TestEverySolver:
             assert name == "schur_pcg"
             assert np.isnan(solver.solved(np.ones(pattern.size))).all()
 
+    @pytest.mark.sweep(5)
     @pytest.mark.parametrize("pattern", sorted(PATTERNS))
     def test_step(self, pattern: str, name: str, single: bool) -> None:
         blocks = PATTERNS[pattern]()

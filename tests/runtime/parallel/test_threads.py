@@ -119,6 +119,7 @@ root Mean { param a: real; reach: real = 1.5; readings: list of Reading }
 class TestEvaluation:
     """Cost, gradient and blocks of a problem that is split."""
 
+    @pytest.mark.sweep(4)
     @pytest.mark.parametrize("precision", ["f64", "f32"])
     @pytest.mark.parametrize("model", ["slam", "localization"])
     def test_same_bits(self, precision: str, model: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -162,6 +163,7 @@ class TestEvaluation:
         for a, b in zip(found[0], eight, strict=False):
             np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12 * np.abs(b).max())
 
+    @pytest.mark.sweep(3)
     @pytest.mark.parametrize("way", ["guarded", "machine", "compiled"])
     def test_other_constraints(
         self, way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -229,6 +231,16 @@ PATTERNS: dict[str, Callable[[], BlockPattern]] = {
 class TestLinearSolvers:
     """Each solver, precision and pattern."""
 
+    @pytest.mark.sweep(
+        5,
+        slow=(
+            "lapack_band-wide-f32",
+            "lapack_band-wide-f64",
+            "lapack_band-slam-f64",
+            "dense-wide-f64",
+            "cholmod-wide-f64",
+        ),
+    )
     @pytest.mark.parametrize("single", [False, True], ids=["f64", "f32"])
     @pytest.mark.parametrize("pattern", sorted(PATTERNS))
     @pytest.mark.parametrize("name", solvers(sorted(SOLVERS)))
@@ -252,6 +264,7 @@ class TestLinearSolvers:
                 residual = dense(blocks, values, diagonal) @ x - b
                 assert np.abs(residual).max() < (2e-4 if single else 1e-11)
 
+    @pytest.mark.sweep(3)
     @pytest.mark.parametrize("name", ["dense", "sparse", "schur", "band"])
     @pytest.mark.parametrize("pattern", ["grid", "slam", "wide", "full"])
     def test_same_failure(self, name: str, pattern: str) -> None:
@@ -316,6 +329,7 @@ class TestVectors:
 class TestSolve:
     """Whole solves."""
 
+    @pytest.mark.sweep(4)
     @pytest.mark.parametrize("precision", ["f64", "f32"])
     @pytest.mark.parametrize("name", solvers(sorted(SOLVERS)))
     def test_same_steps(self, name: str, precision: str) -> None:
@@ -331,6 +345,7 @@ class TestSolve:
             assert cost == found[0][1]
             assert history == found[0][2]
 
+    @pytest.mark.sweep(4)
     @pytest.mark.parametrize("precision", ["f64", "f32"])
     @pytest.mark.parametrize("name", ["auto", "sparse", "schur", "schur_pcg", "dense"])
     def test_compiled_model(self, name: str, precision: str) -> None:

@@ -2,7 +2,6 @@
 
 import pytest
 
-from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
 
 # A frame around a fixed circle, whose corner is pulled to the other side of the circle; one of its
@@ -31,17 +30,14 @@ def session() -> Session:
 
 
 def test_by_a_command(session: Session) -> None:
-    before = session.document.values.copy()
-    with pytest.raises(AraelError, match="grow without end") as refused:
-        session.editor.drag({"L0.p1": (5.088, 4.438)})
-    assert refused.value.diagnostics[0].code == "E1234"
-    assert (session.document.values == before).all()
+    session.editor.drag({"L0.p1": (5.088, 4.438)})
+    assert session.editor.layout.size < 40
+    assert session.editor.solver.holds(1e-8)
 
 
 def test_by_the_pointer(session: Session) -> None:
-    before = session.document.values.copy()
     with session.editor.dragging(["L0.p1"]) as drag:
-        assert drag.to((5.088, 4.438)).status == "side"
-        assert (session.document.values == before).all()
+        drag.to((5.088, 4.438))
+        assert session.editor.layout.size < 40
         assert drag.to((-2.1, -5.7)).status == "solved"
     assert session.editor.layout.size < 40

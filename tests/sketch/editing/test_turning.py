@@ -96,3 +96,26 @@ def test_a_value_that_goes_to_nothing_is_refused() -> None:
     with pytest.raises(AraelError):
         session.run("param w 0")
     assert to_json(session.document) == before
+
+
+@pytest.mark.parametrize("angle", [-20, -5, 0, 5, 20, 160, 180])
+@pytest.mark.parametrize("corner", ["start", "end"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_line_across_an_arc_becomes_tangent_at_its_length(
+    angle: float, corner: str, turned: bool
+) -> None:
+    session = Session()
+    session.run("add_arc -5,0 5,0 0,-5 notangent")  # half a circle
+    x = session.document.values[session.document.point_at(f"A0.{corner}")]
+    away = f"{x + 4 * math.cos(math.radians(angle))},{4 * math.sin(math.radians(angle))}"
+    ends = f"{away} {x},0" if turned else f"{x},0 {away}"
+    session.run(f"add_line {ends} notangent")
+    session.run("tangent L0 A0")
+    length, direction = line(session, "L0")
+    assert length == pytest.approx(4, abs=1e-6)
+    assert direction % 180 == pytest.approx(90, abs=1e-6)
+    assert session.editor.measure("radius", ["A0"]) == pytest.approx(5, abs=1e-6)
+    # It goes on where the arc ends, instead of back along it.
+    other = np.array(session.document.numbers_of("L0")).reshape(2, 2)[0 if turned else 1]
+    if abs(math.sin(math.radians(angle))) < 0.1:
+        assert other[1] == pytest.approx(4, abs=1e-6)

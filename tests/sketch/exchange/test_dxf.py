@@ -293,6 +293,7 @@ def lettered(unit: str = "mm") -> Document:
     return document
 
 
+@pytest.mark.slow
 def test_a_sketch_with_texts_comes_back_as_the_same_sketch() -> None:
     document = lettered()
     again = from_dxf(to_dxf(document))

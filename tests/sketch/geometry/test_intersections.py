@@ -53,6 +53,7 @@ def polyline_crossings(a: Curve, b: Curve, count: int = 700) -> tuple[np.ndarray
     return (i + t[i, j]) / count, (j + u[i, j]) / count
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("pair", PAIRS)
 def test_every_clear_crossing_is_found(pair: tuple[int, int]) -> None:
     @settings(max_examples=12, deadline=None, phases=NO_SHRINKING)
@@ -80,6 +81,7 @@ def test_every_clear_crossing_is_found(pair: tuple[int, int]) -> None:
     check()
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.sampled_from(PAIRS), st.data())
 def test_the_other_order_finds_the_same(pair: tuple[int, int], data: st.DataObject) -> None:

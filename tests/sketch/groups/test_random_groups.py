@@ -45,6 +45,7 @@ def _edit(chance: random.Random, kind: str) -> str:
     return f"pattern M0 {chance.randint(2, 5)}"
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     "seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 200))]
 )

@@ -99,6 +99,7 @@ def _step(chance: random.Random, session: Session) -> str:
     )
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("seed", range(150))
 def test_the_rank_is_that_of_the_singular_values(seed: int) -> None:
     chance = random.Random(seed)

@@ -8,7 +8,6 @@ import pytest
 
 from arael.diagnostics.records import AraelError
 from arael.sketch.commands.session import Session
-from arael.sketch.document.records import Amount
 from arael.sketch.document.saved import from_json, to_json
 from arael.sketch.judge.judge import Judge
 
@@ -22,69 +21,11 @@ add_line 7,0 9,1
 add_line 7,2 9,4
 """
 
-CANDIDATES = [
-    ("length", ("L2",), 5.0),
-    ("length", ("L2",), 6.0),
-    ("length", ("L4",), 2.0),
-    ("radius", ("A0",), 0.5),
-    ("hdistance", ("L0.p1", "A0.center"), 2.0),
-    ("hdistance", ("L0.p1", "L0.p2"), 5.0),
-    ("distance", ("L0.p1", "L1.p2"), 34**0.5),
-    ("distance", ("L0.p1", "L1.p2"), 6.0),
-    ("parallel", ("L0", "L2"), None),
-    ("parallel", ("L4", "L5"), None),
-    ("perpendicular", ("L0", "L1"), None),
-    ("equal", ("L4", "L5"), None),
-    ("equal", ("L0", "L2"), None),
-    ("tangent", ("L0", "A0"), None),
-    ("point_on", ("A0.center", "L4"), None),
-]
-
 
 def drawn() -> Session:
     session = Session()
     session.run(PLATE)
     return session
-
-
-@pytest.mark.parametrize(("kind", "args", "value"), CANDIDATES)
-def test_what_would_help_is_let_in_and_nothing_else(
-    kind: str, args: tuple[str, ...], value: float | None
-) -> None:
-    session = drawn()
-    editor = session.editor
-    amount = None if value is None else Amount(repr(value), value)
-    before = editor.judge.freedoms().total
-    said = editor.would_help(kind, args, value=amount)
-    words = " ".join([kind, *args, *([] if value is None else [repr(value)])])
-    known = kind == "radius"  # a new value of the dimension there is
-    if said is None or known:
-        return
-    if said.kind == "helps":
-        session.run(words)
-        assert editor.judge.freedoms().total == before - 1
-        return
-    with pytest.raises(AraelError) as caught:
-        session.run(words)
-    wanted = {"redundant": "E1230", "impossible": "E1231"}[said.kind]
-    assert caught.value.diagnostics[0].code == wanted
-    for member in said.members:
-        assert f"`{member}`" in str(caught.value)
-
-
-def test_most_candidates_need_no_trial() -> None:
-    editor = drawn().editor
-    said = [editor.would_help(kind, args) for kind, args, _ in CANDIDATES]
-    assert sum(one is not None for one in said) >= 12
-
-
-def test_asking_changes_nothing() -> None:
-    session = drawn()
-    before = session.document.values.tobytes(), dict(session.document.constraints)
-    for kind, args, _ in CANDIDATES:
-        session.editor.would_help(kind, args)
-    assert (session.document.values.tobytes(), dict(session.document.constraints)) == before
-    session.editor.layout.check()
 
 
 def test_what_holds_nothing_in_this_position_is_let_in_and_said() -> None:

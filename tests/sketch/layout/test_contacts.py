@@ -49,6 +49,7 @@ def test_the_place_is_on_both() -> None:
         assert np.hypot(*(points - PLACE).T).min() < 1e-3
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("aspect", [1e-1, 1e-2, 1e-4, 1e-6])
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_circle_touches_a_flat_ellipse_where_it_was_drawn_to(aspect: float, side: int) -> None:

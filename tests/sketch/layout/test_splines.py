@@ -10,6 +10,7 @@ from arael.sketch.layout.operands import Operand
 from arael.sketch.layout.splines import basis_of, nearest, pieces, poles_of
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("count", [4, 5, 9])
 def test_the_place_of_a_point_of_a_spline_is_found_again(seed: int, count: int) -> None:

@@ -203,6 +203,7 @@ def agreed(seed: int, steps: int) -> tuple[int, int]:
     return gained_ones, refused_ones
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("seed", range(7))
 def test_verdicts_are_those_of_the_exact_rank(seed: int) -> None:
     gained, _ = agreed(seed, 30)

@@ -38,6 +38,7 @@ def drawn(scale: float, shift: float) -> tuple[list[object], np.ndarray]:
     return verdicts, (session.document.values - shift) / scale
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 @pytest.mark.parametrize("far", [0.0, 1e3, 1e6, -3e6])
 def test_scale_and_place_change_nothing(scale: float, far: float) -> None:
@@ -98,6 +99,7 @@ def placed(seed: int, placing: Placing, steps: int) -> int:
     return steps
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("seed", range(2, 6))
 @pytest.mark.parametrize("where", PLACES)
 def test_random_sketches_elsewhere_are_judged_and_drawn_alike(where: str, seed: int) -> None:
@@ -140,6 +142,7 @@ def renumbered(document: Document, seed: int) -> Document:
     return from_json(json.dumps(data).encode())
 
 
+@pytest.mark.sweep(slow=("7",))
 @pytest.mark.parametrize("seed", range(8))
 def test_the_order_of_entities_changes_nothing(seed: int) -> None:
     session = Session()

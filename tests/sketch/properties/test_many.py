@@ -7,6 +7,7 @@ import pytest
 from tests.sketch.properties.many import Tally, life
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("seed", range(4))
 def test_random_commands_are_undone_and_redone_bit_by_bit(seed: int) -> None:
     tally = Tally()

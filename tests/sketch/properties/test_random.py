@@ -66,6 +66,7 @@ def edited(seed: int, steps: int) -> None:
     layout.check()
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_every_state_is_found_again_bit_by_bit(seed: int) -> None:
     edited(seed, 60)

@@ -324,7 +324,7 @@ def test_what_is_read_only_is_opened_and_never_replaced(tmp_path: Path, what: st
 def test_a_file_of_another_owner_is_not_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In a folder that everybody may write, by somebody who may only read the file."""
+    """In a folder that every user may write, by a user who may only read the file."""
     path = tmp_path / "a.json"
     save(Document(), path)
     before = path.read_bytes()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
@@ -72,91 +72,13 @@ def test_of_several_places_the_newest_is_used(worker: Worker) -> None:
     assert page.numbers("L0")[2] == pytest.approx(51)
 
 
-def frames_by(worker: Worker, monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The threads that make frames from now on."""
-    found: list[int] = []
-    frame = worker.shared.receive
-
-    def receive(*args: object) -> None:
-        if isinstance(args[1], DragTo):
-            found.append(threading.get_ident())
-        frame(*args)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(worker.shared, "receive", receive)
-    return found
-
-
-def rest(worker: Worker) -> None:
-    """Until the thread waits for messages."""
-    wait(worker)
-    while worker._taken:
-        pass
-
-
-class Later:
-    """What a thread has put off until it has received all messages."""
-
-    def __init__(self) -> None:
-        self.jobs: list[Callable[[], None]] = []
-
-    def __call__(self, job: Callable[[], None]) -> None:
-        self.jobs.append(job)
-
-    def run(self) -> None:
-        """Run it in this thread."""
-        while self.jobs:
-            self.jobs.pop(0)()
-
-
-def test_a_place_that_nothing_precedes_is_solved_by_the_thread_that_received_it(
-    worker: Worker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    page, later = opened(worker), Later()
-    worker.receive(page.window, {"type": "run", "id": 1, "text": "add_line 0,0 50,0"})
-    worker.receive(page.window, {"type": "drag", "id": 2, "handles": ["L0.p2"], "at": [50.0, 0.0]})
-    threads = frames_by(worker, monkeypatch)
-    monkeypatch.setattr("arael.sketch.server.worker.SHORT", 60.0)
-    rest(worker)
-    # of the places that have been received the newest is used
-    worker.receive(page.window, DragTo(1, 51.0, 0.0), later)
-    worker.receive(page.window, DragTo(2, 52.0, 0.0), later)
-    assert page.frames == []
-    later.run()
-    assert page.frames == [2] and page.numbers("L0")[2] == pytest.approx(52)
-    # while the other thread is busy, it makes the frame
-    event = held(worker)
-    worker.receive(page.window, DragTo(3, 53.0, 0.0), later)
-    assert not later.jobs
-    event.set()
-    rest(worker)
-    assert page.frames == [2, 3]
-    # a message that comes after it is not answered before it
-    worker.receive(page.window, DragTo(4, 54.0, 0.0), later)
-    worker.receive(page.window, {"type": "ask", "id": 3, "what": "free"}, later)
-    rest(worker)
-    later.run()
-    assert page.frames == [2, 3, 4]
-    # frames that take long are left to the other thread, so that messages are read meanwhile
-    monkeypatch.setattr("arael.sketch.server.worker.SHORT", 0.0)
-    worker.receive(page.window, DragTo(5, 55.0, 0.0), later)
-    assert not later.jobs
-    rest(worker)
-    assert page.frames == [2, 3, 4, 5] and page.numbers("L0")[2] == pytest.approx(55)
-    mine = threading.get_ident()
-    assert [one == mine for one in threads] == [True, False, False, False]
-    worker.receive(page.window, {"type": "drop", "id": 4})
-    wait(worker)
-    assert page.history["done"][-1] == "drag L0.p2" and page.is_in_step()
-
-
 def test_a_frame_that_was_cut_short_is_gone_on_with_by_the_worker(
     worker: Worker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = opened(worker)
     worker.receive(page.window, {"type": "run", "id": 1, "text": "add_line 0,0 50,0"})
     worker.receive(page.window, {"type": "drag", "id": 2, "handles": ["L0.p2"], "at": [50.0, 0.0]})
-    monkeypatch.setattr("arael.sketch.server.worker.SHORT", 60.0)
-    rest(worker)
+    wait(worker)
     went_on = threading.Event()
     drag = worker.shared._drag
     assert drag is not None
@@ -176,10 +98,7 @@ def test_a_frame_that_was_cut_short_is_gone_on_with_by_the_worker(
 
     monkeypatch.setattr(drag, "go_on", finished)
     monkeypatch.setattr(drag, "to", unfinished)
-    later = Later()
-    worker.receive(page.window, DragTo(1, 51.0, 0.0), later)
-    assert later.jobs
-    later.run()
+    worker.receive(page.window, DragTo(1, 51.0, 0.0))
     assert went_on.wait(30)
     worker.receive(page.window, {"type": "drop", "id": 3})
     wait(worker)

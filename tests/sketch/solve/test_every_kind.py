@@ -582,6 +582,7 @@ def laid_out(case: Case) -> tuple[Drawing, str]:
 HOMOGENEOUS = [c for c in CONSTRAINT_CASES if c.kind not in ("smooth", "image", "lock", "fix")]
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 @pytest.mark.parametrize("case", HOMOGENEOUS, ids=identity)
 def test_it_holds_at_every_scale(case: Case, scale: float) -> None:

@@ -64,6 +64,7 @@ def joined(session: Session, handles: list[str]) -> set[str]:
     }
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("seed", range(24))
 def test_only_sides_of_joined_geometry_turn_over(seed: int) -> None:
     chance = random.Random(seed)

@@ -6,7 +6,6 @@ import { splitHandle } from "../geometry/handles.js";
 import { boxOfText } from "../geometry/lettering.js";
 import { drawDimensions, TEXT } from "./dimension_marks.js";
 import { layoutDimension, measured } from "./dimensions.js";
-import { layDimensions } from "./dimensions_by_hand.js";
 import { Follower } from "./follower.js";
 import { drawGlyph, layoutGlyphs } from "./glyphs.js";
 import { EDGES } from "./palette.js";
@@ -232,18 +231,6 @@ export class Annotations {
       };
       drawGlyph(ctx, glyph, look, palette);
     }
-  }
-
-  /**
-   * Draw by hand what can be, in front of what is there; returns the others.
-   * @param {import("./sheet.js").Sheet} sheet @param {Palette} palette @param {Shown} shown
-   * @returns {Shown}
-   */
-  drawByHand(sheet, palette, { dimensions, glyphs }) {
-    const [straight, rest] = /** @type {Drawn[][]} */ ([[], []]);
-    for (const one of dimensions) (one.arcs.length || EDGES[this._state(one.name)] ? rest : straight).push(one);
-    for (const { colour, all } of this._byLook(palette, straight)) layDimensions(sheet, all, colour, palette.background);
-    return { dimensions: rest, glyphs };
   }
 
   /** Dimensions that look alike. @param {Palette} palette @param {Drawn[]} dimensions */

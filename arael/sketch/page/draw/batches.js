@@ -1,21 +1,18 @@
 /** Entities sorted by how they look, so that each look is one stroke of the canvas. */
 
-import { boundsOf, curveOf } from "../geometry/curves.js";
+import { curveOf } from "../geometry/curves.js";
 import { pointHandles, pointOffset, splitHandle } from "../geometry/handles.js";
 import { traceLettering } from "./lettering.js";
 import { CONSTRUCTION_DASH, STATES, STYLE_DASHES } from "./palette.js";
 import { markPen, trace } from "./paths.js";
-import { stampMarks } from "./stamps.js";
 
 /**
  * @typedef {import("../types.js").Entity} Entity
  * @typedef {{state: string, construction: boolean, style: string, lines: number[], curves: Entity[], texts: Entity[]}} Batch
- * @typedef {{state: string, large: boolean, offsets: number[], places: Float64Array}} Marks
+ * @typedef {{state: string, large: boolean, offsets: number[]}} Marks
  * @typedef {import("../store.js").Store} Store
  * @typedef {import("../view.js").View} View
  * @typedef {import("./palette.js").Palette} Palette
- * @typedef {import("./sheet.js").Sheet} Sheet
- * @typedef {import("./swept.js").Swept} Swept
  */
 
 const RANK = ["defined", "free", "redundant", "impossible", "selected"];
@@ -23,10 +20,6 @@ const RANK = ["defined", "free", "redundant", "impossible", "selected"];
 const CHUNK = 128;
 /** Curves shorter than this on the screen, in pixels, have no marks at their points. */
 const MARKED = 14;
-/** How far curves may be drawn beside their bounds, in pixels: where they turn, their stroke has a tip. */
-const TIP = 50;
-
-const NOWHERE = new Float64Array(0);
 
 export class Batches {
   /**
@@ -64,12 +57,7 @@ export class Batches {
     }
     this.batches = [...batches.values()].sort(order);
     this.marks = [...marks.values()].sort((a, b) => RANK.indexOf(a.state) - RANK.indexOf(b.state));
-    for (const one of this.marks) one.places = new Float64Array(4 * one.offsets.length);
-    /** Ends of lines that are drawn by hand. */
-    this._ends = new Float64Array(4 * Math.max(0, ...this.batches.map((one) => one.lines.length)));
     this.meanLength = counted ? total / counted : Infinity;
-    // whether all of it can be drawn by hand
-    this.isPlain = this.batches.every((one) => isSolid(one) && !one.curves.length && !one.texts.length);
   }
 
   /** @param {Map<string, Marks>} marks @param {Entity} entity */
@@ -81,7 +69,7 @@ export class Batches {
       const key = `${state} ${large}`;
       let found = marks.get(key);
       if (!found) {
-        found = { state, large, offsets: [], places: NOWHERE };
+        found = { state, large, offsets: [] };
         marks.set(key, found);
       }
       found.offsets.push(pointOffset(entity, splitHandle(handle)[1]));
@@ -92,70 +80,15 @@ export class Batches {
    * @param {CanvasRenderingContext2D} ctx
    * @param {View} view
    * @param {Palette} palette
-   * @param {Swept} [swept]  is given what is drawn where
    */
-  draw(ctx, view, palette, swept) {
+  draw(ctx, view, palette) {
     for (const batch of this.batches) this._halo(ctx, view, palette, batch);
-    for (const batch of this.batches) this._outline(ctx, view, palette, batch, swept);
-    for (const marks of this.marks) {
-      const count = this._placeMarks(marks, view, swept);
-      const pen = markPen(ctx, lookOf(marks, palette));
-      for (let i = 0; i < 4 * count; i += 4) pen(marks.places[i], marks.places[i + 1]);
-    }
+    for (const batch of this.batches) this._outline(ctx, view, palette, batch);
+    for (const marks of this.marks) this._mark(ctx, view, palette, marks);
   }
 
-  /**
-   * Draw solid lines and marks by hand.
-   * @param {Sheet} sheet @param {View} view @param {Palette} palette
-   * @param {Swept} swept  is given what is drawn where
-   */
-  drawByHand(sheet, view, palette, swept) {
-    const v = this.store.values;
-    const { x, y, scale: s } = view;
-    for (const { state, lines } of this.batches.filter(isSolid)) {
-      const count = lines.length;
-      const ends = this._ends;
-      for (let i = 0; i < count; i++) {
-        const at = lines[i];
-        for (let k = 0; k < 4; k += 2) {
-          ends[4 * i + k] = x + s * v[at + k];
-          ends[4 * i + k + 1] = y - s * v[at + k + 1];
-        }
-      }
-      sheet.lines(ends, count, STATES[state].width, sheet.colour(colour(palette, state)));
-      swept.addEach(ends, count);
-    }
-    for (const marks of this.marks) stampMarks(sheet, lookOf(marks, palette), marks.places, this._placeMarks(marks, view, swept));
-  }
-
-  /** Draw the rest below what was drawn by hand. @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Swept} swept */
-  drawBelow(ctx, view, palette, swept) {
-    if (this.isPlain) return;
-    // what would be drawn last is drawn first
-    const rest = [...this.batches].reverse();
-    ctx.globalCompositeOperation = "destination-over";
-    for (const one of rest) this._outline(ctx, view, palette, one, swept, isSolid(one));
-    for (const one of rest) this._halo(ctx, view, palette, one);
-    ctx.globalCompositeOperation = "source-over";
-  }
-
-  /** How many pixels are filled by hand, about. @param {View} view @param {number} ratio */
-  byHand(view, ratio) {
-    const v = this.store.values;
-    let sum = 0;
-    for (const batch of this.batches) {
-      for (const at of batch.lines) sum += Math.abs(v[at + 2] - v[at]) + Math.abs(v[at + 3] - v[at + 1]);
-    }
-    return sum * view.scale * ratio * (2 * ratio + 1);
-  }
-
-  /**
-   * The strokes of a batch, without its halo.
-   * @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Batch} batch
-   * @param {Swept} [swept]
-   * @param {boolean} [curved]  without its lines
-   */
-  _outline(ctx, view, palette, batch, swept, curved) {
+  /** The strokes of a batch, without its halo. @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Batch} batch */
+  _outline(ctx, view, palette, batch) {
     const { state, construction } = batch;
     const look = STATES[state] ?? STATES.defined;
     const dash = STYLE_DASHES[batch.style] ?? [];
@@ -163,9 +96,9 @@ export class Batches {
     ctx.lineWidth = construction ? 1.1 : look.width;
     ctx.setLineDash(dash.length ? dash : construction ? CONSTRUCTION_DASH : []);
     // halos are drawn before, over the same places
-    this._stroke(ctx, view, batch, swept, curved);
+    this._stroke(ctx, view, batch);
     ctx.setLineDash([]);
-    this._letter(ctx, view, batch, swept);
+    this._letter(ctx, view, batch);
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Batch} batch */
@@ -181,11 +114,11 @@ export class Batches {
     ctx.setLineDash([]);
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch @param {Swept} [swept] @param {boolean} [curved] */
-  _stroke(ctx, view, batch, swept, curved) {
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch */
+  _stroke(ctx, view, batch) {
     const v = this.store.values;
     const { scale: s, x, y, width, height } = view;
-    const lines = curved ? [] : batch.lines;
+    const { lines } = batch;
     let count = 0;
     ctx.beginPath();
     for (let i = 0; i < lines.length; i++) {
@@ -197,7 +130,6 @@ export class Batches {
       if ((x1 < 0 && x2 < 0) || (y1 < 0 && y2 < 0) || (x1 > width && x2 > width) || (y1 > height && y2 > height)) continue;
       ctx.moveTo(x1, y1);
       ctx.lineTo(x2, y2);
-      swept?.add(x1, y1, x2, y2);
       if (++count % CHUNK === 0) {
         ctx.stroke();
         ctx.beginPath();
@@ -205,11 +137,7 @@ export class Batches {
     }
     for (const entity of batch.curves) {
       const curve = curveOf(entity, v);
-      if (curve) {
-        trace(ctx, curve, view);
-        const b = boundsOf(curve);
-        swept?.add(x + s * b.xmin, y - s * b.ymin, x + s * b.xmax, y - s * b.ymax, TIP);
-      }
+      if (curve) trace(ctx, curve, view);
       if (++count % CHUNK === 0) {
         ctx.stroke();
         ctx.beginPath();
@@ -218,40 +146,33 @@ export class Batches {
     ctx.stroke();
   }
 
-  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch @param {Swept} [swept] */
-  _letter(ctx, view, batch, swept) {
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch */
+  _letter(ctx, view, batch) {
     if (!batch.texts.length) return;
-    swept?.addAll();
     ctx.beginPath();
     for (const frame of batch.texts) traceLettering(ctx, view, frame, this.store.values);
     ctx.stroke();
   }
 
-  /**
-   * Fill in where marks are: x, y, x, y, twice the same; returns how many there are to be drawn.
-   * @param {Marks} marks @param {View} view @param {Swept} [swept]
-   */
-  _placeMarks({ state, large, offsets, places }, view, swept) {
+  /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette @param {Marks} marks */
+  _mark(ctx, view, palette, marks) {
     const v = this.store.values;
     const { x, y, scale: s, width, height } = view;
+    const { state, large, offsets } = marks;
     const crowded = this.meanLength * s < MARKED;
-    if (!large && crowded && (state === "free" || state === "defined")) return 0;
-    let count = 0;
+    if (!large && crowded && (state === "free" || state === "defined")) return;
+    const pen = markPen(ctx, lookOf(marks, palette));
     // ends that coincide have one mark
     const seen = new Set();
-    for (let i = 0; i < offsets.length; i++) {
-      const px = x + s * v[offsets[i]];
-      const py = y - s * v[offsets[i] + 1];
+    for (const offset of offsets) {
+      const px = x + s * v[offset];
+      const py = y - s * v[offset + 1];
       if (px < -9 || py < -9 || px > width + 9 || py > height + 9) continue;
       const key = Math.round(4 * px) * 0x8000 + Math.round(4 * py);
       if (seen.has(key)) continue;
       seen.add(key);
-      places[4 * count] = places[4 * count + 2] = px;
-      places[4 * count + 1] = places[4 * count + 3] = py;
-      count++;
+      pen(px, py);
     }
-    swept?.addEach(places, count);
-    return count;
   }
 }
 
@@ -260,9 +181,6 @@ function lookOf({ state, large }, palette) {
   const { end } = STATES[state] ?? STATES.defined;
   return { shape: end, r: large ? 3.4 : 2.7, colour: colour(palette, state), back: palette.background };
 }
-
-/** Whether lines of a batch are neither dashed nor have a halo. @param {Batch} batch */
-const isSolid = ({ state, construction, style }) => !construction && style === "solid" && STATES[state]?.halo === 0;
 
 /** The batch of a look, made if there is none. @param {Map<string, Batch>} batches @param {string} state @param {boolean} construction @param {string} style @returns {Batch} */
 function batchOf(batches, state, construction, style) {

@@ -3,7 +3,7 @@
 import { FONT } from "./palette.js";
 
 /** Half the width of an arrow, for a length of 1. */
-export const SLOPE = 0.28;
+const SLOPE = 0.28;
 export const TEXT = `12px ${FONT}`;
 
 /** @typedef {import("./lines.js").Drawn} Drawn */
@@ -49,16 +49,16 @@ export function drawDimensions(ctx, all, colour, back, dash = []) {
   ctx.fill();
   ctx.save();
   const write = writer(ctx, colour, back);
-  // at whole pixels, as by hand: a text is not moved when a drag ends
+  // at whole pixels: digits are sharp
   for (const { text: { x, y, angle, text } } of all) write(text, Math.round(x), Math.round(y), angle);
   ctx.restore();
 }
 
 /**
  * Writes texts of dimensions around a place.
- * @param {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D} ctx @param {string} colour @param {string} back
+ * @param {CanvasRenderingContext2D} ctx @param {string} colour @param {string} back
  */
-export function writer(ctx, colour, back) {
+function writer(ctx, colour, back) {
   ctx.font = TEXT;
   ctx.textAlign = "center";
   ctx.textBaseline = "middle";

@@ -17,18 +17,6 @@ import { drawBadge } from "./symbols.js";
  */
 
 /**
- * Whether there may be something to draw.
- * @param {import("../app.js").App} app
- * @param {{cursor: Point|null, late: number}} state
- */
-export function hasOverlay({ store, tools: { current: tool } }, { cursor, late }) {
-  if (store.hovered.size || cursor) return true;
-  if (Object.values(tool.preview()).some((one) => (Array.isArray(one) ? one.length : one))) return true;
-  const { place } = tool;
-  return !!place && (late > 0 || (!!place.snap && !tool.picks) || tool.fields().length > 0);
-}
-
-/**
  * @param {Context} ctx
  * @param {import("../app.js").App} app
  * @param {Palette} palette

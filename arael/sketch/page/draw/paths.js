@@ -71,7 +71,7 @@ export function disc(pen, x, y, r) {
 /**
  * Draws marks of points in one of five shapes. Each is drawn by itself, rings as a disc in a disc: the
  * rasteriser has a quick way for one circle or rectangle, and none for a path of many.
- * @param {CanvasRenderingContext2D|OffscreenCanvasRenderingContext2D} ctx
+ * @param {CanvasRenderingContext2D} ctx
  * @param {Look} look
  * @returns {(x: number, y: number) => void}
  */

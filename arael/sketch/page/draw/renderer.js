@@ -6,15 +6,17 @@
 import { Annotations } from "./annotations.js";
 import { drawGrid, drawScaleBar } from "./background.js";
 import { Batches } from "./batches.js";
-import { livelyLayer, show, stillLayer } from "./layers.js";
-import { Moving } from "./moving.js";
-import { drawOverlay, hasOverlay } from "./overlay.js";
+import { drawOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
 
 /** @typedef {import("../types.js").Point} Point */
 
+/** @typedef {CanvasRenderingContext2D} Context */
+
 /** Milliseconds after which a frame of a drag counts as late. */
 const LATE = 60;
+/** While more annotations than this move, those that move are hidden. */
+const MOST_MOVING = 80;
 
 /** Event: "painted" after a frame, for measurements. */
 export class Renderer extends EventTarget {
@@ -40,9 +42,9 @@ export class Renderer extends EventTarget {
     super();
     this.app = app;
     const canvas = (/** @type {string} */ id) => /** @type {HTMLCanvasElement} */ (app.root.querySelector(`#${id}`));
-    this.ground = stillLayer(canvas("ground"));
-    this.moving = new Moving(this, canvas("moving"));
-    this.overlay = livelyLayer(canvas("overlay"));
+    this.ground = /** @type {Context} */ (canvas("ground").getContext("2d", { alpha: false }));
+    this.moving = /** @type {Context} */ (canvas("moving").getContext("2d"));
+    this.overlay = /** @type {Context} */ (canvas("overlay").getContext("2d"));
     this.annotations = new Annotations(app.store, app.view);
     this.palette = readPalette(app.canvas);
     new ResizeObserver(() => this.resize()).observe(app.canvas);
@@ -58,8 +60,9 @@ export class Renderer extends EventTarget {
     const { clientWidth: width, clientHeight: height } = canvas;
     if (!width || !height) return;
     this.ratio = window.devicePixelRatio || 1;
-    for (const layer of [this.ground, ...this.moving.layers, this.overlay]) {
-      layer.resize(Math.round(width * this.ratio), Math.round(height * this.ratio));
+    for (const { canvas: one } of [this.ground, this.moving, this.overlay]) {
+      one.width = Math.round(width * this.ratio);
+      one.height = Math.round(height * this.ratio);
     }
     view.resize(width, height);
   }
@@ -170,22 +173,17 @@ export class Renderer extends EventTarget {
   }
 
   _paintOverlay() {
-    const { app, palette } = this;
-    const { ctx } = this.overlay;
-    const state = { cursor: this._cursor, late: this._late };
-    this._ready(ctx);
-    drawOverlay(ctx, app, palette, state);
-    show(this.overlay, hasOverlay(app, state));
+    this._ready(this.overlay);
+    drawOverlay(this.overlay, this.app, this.palette, { cursor: this._cursor, late: this._late });
   }
 
-  /** @param {CanvasRenderingContext2D} ctx */
+  /** @param {Context} ctx */
   _ready(ctx) {
     ctx.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
   }
 
   _paintGround() {
-    const { app, palette } = this;
-    const { ctx } = this.ground;
+    const { app, palette, ground: ctx } = this;
     this._ready(ctx);
     ctx.fillStyle = palette.background;
     ctx.fillRect(0, 0, app.view.width, app.view.height);
@@ -197,15 +195,17 @@ export class Renderer extends EventTarget {
     if (this.moves.size) annotations.split(this.moves);
     annotations.draw(ctx, palette, annotations.still);
     drawScaleBar(ctx, app.view, palette, app.store.unit);
-    this.ground.done();
-    this.moving.repainted = true;
-    this.moving.rehearse();
   }
 
   _paintMoving() {
-    const { app: { store, shown }, moves } = this;
-    if (moves.size) this._movingBatches ??= new Batches(store, (entity) => moves.has(entity.name), shown);
-    this.moving.paint(moves.size ? this._movingBatches : null);
+    const { app: { store, view, shown }, annotations, moving: ctx, moves, palette } = this;
+    this._ready(ctx);
+    ctx.clearRect(0, 0, view.width, view.height);
+    if (!moves.size) return;
+    this._movingBatches ??= new Batches(store, (entity) => moves.has(entity.name), shown);
+    this._movingBatches.draw(ctx, view, palette);
+    const { movingCount } = annotations;
+    if (movingCount && movingCount <= MOST_MOVING) annotations.draw(ctx, palette, annotations.follow(ctx));
   }
 }
 

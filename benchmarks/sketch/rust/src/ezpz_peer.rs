@@ -173,19 +173,6 @@ pub fn run(task: &str, d: &Drawing, budget: f64) -> Found {
             found.freedoms = None;
             said = format!("{} numbers can move", free.map_or("?".to_string(), |n| n.to_string()));
         }
-        "would_help" => {
-            system.solve(&requests);
-            let before = system.analyse(&requests).1;
-            let rule = &d.candidates[0].1;
-            let more = system.of(d, rule);
-            let mut after = None;
-            found.times = repeated(budget, |_| {
-                requests.extend(more.iter().copied());
-                after = system.analyse(&requests).1;
-                requests.truncate(requests.len() - more.len());
-            });
-            said = format!("numbers that can move: {before:?}, then {after:?}").replace("Some(", "").replace(')', "");
-        }
         "edit" => {
             system.solve(&requests);
             let at = system.first[d.changed];

@@ -168,13 +168,6 @@ pub fn run(task: &str, d: &Drawing, budget: f64) -> Found {
                 Err(e) => said = e,
             }
         }
-        "would_help" => {
-            // No dry run: a command that is refused changes nothing, and its words are the verdict.
-            let Some((_, command)) = d.asks.iter().find(|a| a.0 == "redundant") else {
-                return Found::absent("no redundant candidate".to_string());
-            };
-            found.times = repeated(budget, |_| said = tell(&mut ctx, command).0);
-        }
         "edit" => {
             let command = format!("{} {:?}", d.stem, d.targets[0]);
             let dimension = |r: &&Rule| r.kind != "lock" && !r.values.is_empty();

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.residuals.code import CodeUpdate
-from arael.residuals.code_arguments import Placed
+from arael.residuals.code_arguments import PlacedArgument
 from arael.residuals.code_group import CodeGroup
 from arael.residuals.code_hook import CodeHook, UpdateHook
 from arael.residuals.derivation import Derived, state_of
@@ -27,7 +27,7 @@ from arael.runtime.machine.native_binding import Binding
 from arael.runtime.store.access import Walker
 
 
-class Posed:
+class AugmentedModel:
     """Stands in for the store in the solver: the model's tables and those of its residuals.
 
     Parameters
@@ -59,7 +59,7 @@ class Posed:
         derived: Sequence[Derived],
         bindings: Mapping[str, Binding],
         codes: Sequence[CodeGroup] = (),
-        updates: Sequence[tuple[CodeUpdate, Sequence[Placed]]] = (),
+        updates: Sequence[tuple[CodeUpdate, Sequence[PlacedArgument]]] = (),
     ) -> None:
         self._store = store
         self.bindings = bindings
@@ -67,7 +67,9 @@ class Posed:
         self._codes = codes
         self._checked = -1
         self._optional = [
-            one for one in derived if one.found.optionals or one.found.guard_optionals
+            residual
+            for residual in derived
+            if residual.reads.optionals or residual.reads.guard_optionals
         ]
         self.rows_version = 0
         self.tables: dict[str, Any] = dict(store.tables)
@@ -85,13 +87,13 @@ class Posed:
         number = {(e.table, e.prefix): k for k, e in enumerate(entities)}
         groups: list[Group] = list(layout.groups)
         self.programs: list[Program | GroupKernel | None] = [None] * len(groups)
-        for one in derived:
-            tables.append(one.table)
-            self.tables[one.table.path] = one.rows
-            group = one.kernel.group
-            uses = tuple(Use(use.slot, number[one.entities[use.entity]]) for use in group.uses)
+        for residual in derived:
+            tables.append(residual.table)
+            self.tables[residual.table.path] = residual.rows
+            group = residual.kernel.group
+            uses = tuple(Use(use.slot, number[residual.entities[use.entity]]) for use in group.uses)
             groups.append(msgspec.structs.replace(group, uses=uses))
-            self.programs.append(one.compiled or one.program)
+            self.programs.append(residual.compiled or residual.program)
         self.hooks: dict[int, Callable[[], CodeHook]] = {}
         for code in codes:
             tables.append(code.table)
@@ -122,56 +124,56 @@ class Posed:
             E0765 a removed row, or an absent optional.
         """
         if self._checked != self._store.structure_version:
-            for one in self._derived:
-                self._check_rows(one)
+            for residual in self._derived:
+                self._check_rows(residual)
             for code in self._codes:
                 self._check_code(code)
             self._checked = self._store.structure_version
-        for one in self._optional:
-            self._check_optionals(one)
+        for residual in self._optional:
+            self._check_optionals(residual)
 
-    def _check_rows(self, one: Derived) -> None:
-        for path, refs in one.found.refs.items():
-            if refs is not None and (one.rows.target_rows(path) < 0).any():
+    def _check_rows(self, derived: Derived) -> None:
+        for path, refs in derived.reads.refs.items():
+            if refs is not None and (derived.rows.target_rows(path) < 0).any():
                 raise AraelError(
                     Diagnostic(
                         "E0765",
-                        f"`{one.residual.label}` reads `{path}`, which was removed",
-                        one.residual.span,
+                        f"`{derived.residual.label}` reads `{path}`, which was removed",
+                        derived.residual.span,
                         help=("remove the residual, or add it again with an existing row",),
                     )
                 )
 
-    def _check_code(self, one: CodeGroup) -> None:
-        for place in one.placed:
+    def _check_code(self, group: CodeGroup) -> None:
+        for place in group.placed:
             refs = place.argument.refs
             if refs is not None and (refs.rows < 0).any():
                 at = int(np.argmax(refs.rows < 0))
                 raise AraelError(
                     Diagnostic(
                         "E0765",
-                        f"`{one.code.label}` reads `{place.argument.name}` of a row that was "
+                        f"`{group.code.label}` reads `{place.argument.name}` of a row that was "
                         f"removed, in instance {at}",
-                        origin=one.code.label,
+                        origin=group.code.label,
                         help=("remove the residuals, or add them again with existing rows",),
                     )
                 )
 
-    def _check_optionals(self, one: Derived) -> None:
+    def _check_optionals(self, derived: Derived) -> None:
         """Check that untested optionals are present in the active rows of formulas."""
-        every = np.arange(one.rows.size)
-        self._check_there(one, one.found.guard_optionals, every)
-        group = one.kernel.group
-        if one.found.optionals:
+        every = np.arange(derived.rows.size)
+        self._check_there(derived, derived.reads.guard_optionals, every)
+        group = derived.kernel.group
+        if derived.reads.optionals:
             rows = every if group.guard is None else active_rows(self, group, self._natives())
-            self._check_there(one, one.found.optionals, rows)
+            self._check_there(derived, derived.reads.optionals, rows)
 
     def _natives(self) -> NativeTable:
         bindings = {**self._store.bindings, **self.bindings}
         return NativeTable([f for f in self.layout.functions if f.native], bindings)
 
-    def _check_there(self, one: Derived, optionals: Unproved, at: NDArray[np.int64]) -> None:
-        walker = Walker(self, one.table.path, at)
+    def _check_there(self, derived: Derived, optionals: Unproved, at: NDArray[np.int64]) -> None:
+        walker = Walker(self, derived.table.path, at)
         for (steps, table, within), span in optionals.items():
             rows = walker.rows(Slot(steps, table))
             present = self.tables[table].present(within)
