@@ -26,6 +26,9 @@ SHARED_C = RUNTIME / "_cyutility.c"
 # What is written from the table of operations.
 INSTRUCTIONS = RUNTIME / "machine" / "instructions.h"
 
+# Bundles the page of the sketch editor.
+ESBUILD = "esbuild@0.25.12"
+
 # Where the C compiler spends longest: these start first, so that none is left alone at the end.
 LONGEST = ("linear/compiled", "levels/compiled", "levenberg/compiled")
 
@@ -127,17 +130,45 @@ def environment():
     return {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])}
 
 
+def bundle_page(page):
+    """Put all modules of the sketch editor's page into the one that it loads, by esbuild.
+
+    Where there is no Node, or npm cannot be reached, the page stays the modules that it is made of.
+    """
+    npx = shutil.which("npx")
+    if npx is None:
+        return False
+    made = page / "bundle.js"
+    command = [npx, "--yes", ESBUILD, "page.js", "--bundle", "--minify", "--format=esm"]
+    try:
+        subprocess.run(
+            [*command, f"--outfile={made.name}"],
+            cwd=page,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=120,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError) as failure:
+        print(f"the page of the sketch editor is not bundled: {failure}")
+        made.unlink(missing_ok=True)
+        return False
+    made.replace(page / "page.js")
+    return True
+
+
 class BuildPy(build_py):
-    """Also puts the grammar inside the package."""
+    """Also puts the grammar inside the package, and bundles the page of the sketch editor."""
 
     def run(self):
-        """Copy the package, then the grammar."""
+        """Copy the package, then the grammar; bundle the page."""
         super().run()
         if not self.editable_mode:
             target = Path(self.build_lib) / "arael" / "grammar"
             target.mkdir(parents=True, exist_ok=True)
             for path in (ROOT / "grammar").glob("arael.*"):
                 shutil.copyfile(path, target / path.name)
+            bundle_page(Path(self.build_lib) / "arael" / "sketch" / "page")
 
 
 class BuildExt(build_ext):
