@@ -149,7 +149,8 @@ class Oracle:
         if kinds == ["point", "line"]:
             return [one.side * self.gap(x, self.point(x, args[0]), args[1]) - number]
         assert kinds == ["line", "line"], kinds
-        return [one.side * self.gap(x, self.line(x, args[1])[0], args[0]) - number]
+        # Of both ends: the lines are parallel.
+        return [one.side * self.gap(x, p, args[0]) - number for p in self.line(x, args[1])]
 
     def sides(self, x):
         """Numbers whose sign is to stay: where lines run, on which side points are."""
@@ -254,7 +255,7 @@ class Oracle:
                     jac=lambda part: (part - start) / size**2,
                     method="SLSQP",
                     constraints=equations,
-                    options={"maxiter": 80, "ftol": 1e-12},
+                    options={"maxiter": 50, "ftol": 1e-12},
                 )
                 x = spread(found.x)
                 if not np.isfinite(x).all() or np.abs(residuals(x)).max(initial=0.0) > 1e-7 * size:

@@ -40,7 +40,7 @@ from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.editing.outlines import is_open, outline
 from arael.sketch.editing.remaining import Remaining
 from arael.sketch.editing.results import Added, Deleted
-from arael.sketch.editing.turning import turned
+from arael.sketch.editing.turning import Moves, turned, turned_to
 from arael.sketch.expressions.refresh import refresh
 from arael.sketch.judge.judge import Judge, Verdict
 from arael.sketch.layout.layout import Layout
@@ -350,9 +350,7 @@ class Editor:
         check_new_constraint(self.document, kind, spelt, self.layout.users_of(spelt[0]))
         check_collapse(self.document, kind, spelt)
         with self.document.transaction(f"{kind} {' '.join(spelt)}"):
-            start = turned(self.document, kind, spelt)
-            for at, place in start.items():
-                self.document.set_values([at, at + 1], place)
+            self._start_with(turned(self.document, kind, spelt))
             record = Constraint(
                 self._constraint_name(kind, spelt),
                 kind,
@@ -368,6 +366,10 @@ class Editor:
                 self.document.put("constraints", record)
                 self._let_in(record.name, force)
         return self.document.constraints[record.name]
+
+    def _start_with(self, moves: Moves) -> None:
+        for at, place in moves.items():
+            self.document.set_values([at, at + 1], place)
 
     def _constraint_name(self, kind: str, args: tuple[str, ...]) -> str:
         if kind in ("horizontal", "vertical") and len(args) == 1:
@@ -436,6 +438,8 @@ class Editor:
         verdict, known = self.judge.verdict(name), len(self.notices)
         self._refuse(verdict, force)
         label = self._label(name)
+        if name in self.document.dimensions:
+            self._start_with(turned_to(self.document, self.document.dimensions[name]))
         outcome = self._settle(name)
         if verdict.kind == "here" and outcome.moved and self.judge.verdict(name).kind == "helps":
             del self.notices[known:]  # the solution is in another position
@@ -564,6 +568,8 @@ class Editor:
         if begins and new.kind == "area":  # it measures an outline that may be open by now
             outline(self.document, new.args, self._is_same)
         with self.document.transaction(f"change {new.name}"):
+            if acts and not begins and new.value != old.value:
+                self._start_with(turned_to(self.document, new))
             self.document.put("dimensions", new)
             if not only_placed and new != old:
                 self.notices += disowned(self.document, new.name)

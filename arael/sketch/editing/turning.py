@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 
 from arael.sketch.document.document import Document
+from arael.sketch.document.measures import signed
+from arael.sketch.document.records import Dimension
 
 _FAR, _FAR_TANGENT = math.radians(30.0), math.radians(60.0)
 #: A line is across an arc from here on: both ways to be tangent are as far.
@@ -36,11 +38,41 @@ def turned(document: Document, kind: str, args: tuple[str, ...]) -> Moves:
         return {}
     if kind == "tangent" and abs(off) > _ACROSS:
         off = math.remainder(math.atan2(y2 - y1, x2 - x1) - direction, 2.0 * math.pi)
+    return _about_an_end(document, name, -off)
+
+
+def turned_to(document: Document, dimension: Dimension) -> Moves:
+    """Places with which the value of an angle starts: its line has turned, and kept its length.
+
+    Steps of least change leave a line along its tangent, which makes it longer. Empty for what is
+    no angle, and for lines both of whose ends something else holds.
+    """
+    if dimension.kind not in ("xangle", "angle") or dimension.value is None or dimension.derived:
+        return {}
+    name = dimension.args[-1]
+    if document.entities[name].kind != "line":
+        return {}
+    now = signed(document, dimension.kind, dimension.args, dimension.mode)
+    wanted = dimension.value.number
+    if dimension.kind == "xangle":
+        off = math.remainder(math.radians(wanted - now), math.tau)
+    else:  # a supplement grows as its line turns clockwise
+        supplement = dimension.mode == "supplement"
+        off = math.radians(wanted - abs(now)) * dimension.side * (-1.0 if supplement else 1.0)
+    ends = (f"{name}.p1", f"{name}.p2")
+    if abs(off) < 1e-9 or all(_is_held(document, name, _tied(document, end)) for end in ends):
+        return {}
+    return _about_an_end(document, name, off)
+
+
+def _about_an_end(document: Document, name: str, angle: float) -> Moves:
+    """A line turned about the end that others hold, else about its middle."""
+    x1, y1, x2, y2 = document.numbers_of(name).tolist()
     ties = [_tied(document, f"{name}.p1"), _tied(document, f"{name}.p2")]
     held = [_is_held(document, name, tied) for tied in ties]
     share = {(True, False): 0.0, (False, True): 1.0}.get((held[0], held[1]), 0.5)
     px, py = x1 + share * (x2 - x1), y1 + share * (y2 - y1)
-    c, s = math.cos(-off), math.sin(-off)
+    c, s = math.cos(angle), math.sin(angle)
     moves: Moves = {}
     for tied, x, y in zip(ties, (x1, x2), (y1, y2), strict=True):
         to = px + c * (x - px) - s * (y - py), py + s * (x - px) + c * (y - py)

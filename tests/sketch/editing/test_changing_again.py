@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -153,3 +155,19 @@ def test_unknowns_have_bounds_only_where_some_are_hidden() -> None:
     session.run("undo 2")
     layout.refresh()
     assert not layout.has_hidden
+
+
+def test_a_line_keeps_its_length_when_its_angle_changes() -> None:
+    session = Session()
+    session.run("add_line 0,0 10,0 noconnect")
+    for value in (80, 160, -120, 0, 30):
+        session.run(f"xangle L0 {value}")
+        x1, y1, x2, y2 = session.document.numbers_of("L0").tolist()
+        assert math.hypot(x2 - x1, y2 - y1) == pytest.approx(10, abs=1e-9)
+        turned = math.degrees(math.atan2(y2 - y1, x2 - x1))
+        assert math.remainder(turned - value, 360) == pytest.approx(0, abs=1e-7)
+    session.run("add_line 0,20 10,20; add_line 0,20 0,28")
+    for words in ("40", "120", "30 supplement", "100"):
+        session.run(f"angle L1 L2 {words}")
+        assert session.document.numbers_of("L1").tolist() == [0, 20, 10, 20]
+        assert session.editor.measure("length", ("L2",)) == pytest.approx(8, abs=1e-9)
