@@ -103,7 +103,7 @@ def test_one_module_holds_the_code_of_memoryviews() -> None:
 
 
 def test_a_package_of_the_runtime_has_one_module() -> None:
-    """Each module costs everybody who builds arael most of a second before its first line."""
+    """Each module costs each build of arael most of a second before its first line."""
     folder = Path(arael.runtime.__file__).parent
     of = Counter(path.parent for path in folder.rglob("*.pyx"))
     assert sum(of.values()) <= 14
