@@ -1,4 +1,4 @@
-"""A window of three poses and two landmarks, exported as C, as a problem of Ceres, as GTSAM factors.
+"""A window of three poses and two landmarks, exported as C, for Ceres and for GTSAM.
 
 The generated files beside this script are what it writes; `--output` writes them elsewhere.
 """
@@ -6,6 +6,7 @@ The generated files beside this script are what it writes; `--output` writes the
 from __future__ import annotations
 
 import argparse
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ def window() -> Any:
     found: Any = arael.load(HERE / "window.arael", interpret=True)()  # type: ignore[call-arg]
     poses = [found.poses.append(pos=[1.1 * k, 0.1 * k], th=0.05 * k) for k in range(3)]
     landmarks = [found.landmarks.append(pos=pos) for pos in ([1.5, 1.5], [2.5, -0.5])]
-    for a, b in zip(poses, poses[1:], strict=False):
+    for a, b in pairwise(poses):
         found.steps.append(a=a, b=b, moved=[1.0, 0.0], turned=0.0)
     ranges = [[1.414, 1.0, 1.414], [2.236, 1.414, 1.0]]
     bearings = [[0.785, 1.571, 2.356], [-0.464, -0.785, -1.571]]
