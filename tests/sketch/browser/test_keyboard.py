@@ -109,7 +109,7 @@ def test_menus_are_walked_by_arrow_keys(page: Any) -> None:
     press(page, "ArrowDown", "ArrowRight")
     assert page.locator(".menu:not([hidden])").get_attribute("aria-label") == "Edit"
     press(page, "End")
-    assert "Switch on" in page.evaluate("document.activeElement.textContent")
+    assert "Unit of the part" in page.evaluate("document.activeElement.textContent")
     press(page, "Escape")
     assert page.evaluate("document.activeElement.textContent") == "Edit"
 
