@@ -63,6 +63,7 @@ def command(
     format: str | None,
     collection: str | None,
     fields: dict[str, str] | None,
+    information: Any,
     as_json: bool,
 ) -> None:
     """Write MODEL as source code that needs no Python.
@@ -83,7 +84,7 @@ def command(
     instance: Any = None
     if data:
         instance = load(model, interpret=True)()  # type: ignore[call-arg]
-        read_data(instance, data, format, collection, fields)
+        read_data(instance, data, format, collection, fields, information)
     project = export(
         model,
         target,  # type: ignore[arg-type]

@@ -19,6 +19,9 @@ from arael.sketch.expressions.vectors import Vec
 Measure = Callable[[Dimension], float]
 
 
+_MOST_PARAMETERS = 100
+"""Parameters that are followed for the unit of one; each may be within the other."""
+
 class DocumentScope:
     """Parameters, dimensions, constants and properties of entities.
 
@@ -100,15 +103,21 @@ class DocumentScope:
         return NoValueError(f"no parameter, dimension or entity `{name[:60]}`", help_)
 
     def _quantity_of_parameter(self, name: str) -> str:
-        if self._within > 50:
-            return ""
-        self._within += 1
-        try:
-            return compiled(self.document.parameters[name].amount.text).quantity(self)
-        finally:
-            self._within -= 1
+        known = self._quantities
+        if known is None:  # the outermost question: parameters that share others are asked once
+            self._quantities = {}
+            try:
+                return self._quantity_of_parameter(name)
+            finally:
+                self._quantities = None
+        if name not in known:
+            known[name] = ""  # of a parameter that reads itself, and below the greatest depth
+            if len(known) <= _MOST_PARAMETERS:
+                text = self.document.parameters[name].amount.text
+                known[name] = compiled(text).quantity(self)
+        return known[name]
 
-    _within = 0
+    _quantities: dict[str, str] | None = None
 
     def _dimension(self, dimension: Dimension) -> float:
         free = dimension.derived or dimension.value is None
