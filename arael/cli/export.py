@@ -23,8 +23,10 @@ def _sizes(
     found = {}
     for part in text.split(","):
         name, sign, number = (word.strip() for word in part.partition("="))
-        if not (name and sign and number.isdecimal()):
+        if not (name and sign and number.isascii() and number.isdecimal()):
             raise click.BadParameter(f"expected NAME=N,... or data, found '{part}'")
+        if name in found:
+            raise click.BadParameter(f"'{name}' has two sizes")
         found[name] = int(number)
     return found
 
@@ -100,6 +102,9 @@ def command(
         return
     for path in paths:
         click.echo(f"wrote {path}")
+    if project.left_out:
+        names = ", ".join(project.left_out)
+        click.echo(f"left out, since --size has no rows for what they read: {names}", err=True)
     if target == "wasm":
         click.echo(f"serve it: python3 -m http.server --bind 127.0.0.1 --directory {folder}")
         return

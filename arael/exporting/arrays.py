@@ -91,9 +91,16 @@ class Arrays:
         raise KeyError((table, column))
 
 
+_OF_PROGRAMS = (
+    "data", "default_options", "options", "parameters", "result", "solve", "state", "status",
+    "strategy",
+)  # fmt: skip
+"""Names that exported programs have for themselves."""
+
+
 def arrays_of(layout: Layout, kernels: tuple[Kernel, ...]) -> Arrays:
     """Lay out the arrays that the constraints of `kernels` read."""
-    names = Names()
+    names = Names(_OF_PROGRAMS)
     parameters = tuple(
         _parameter_set(names, layout, number, entity)
         for number, entity in enumerate(layout.entities)

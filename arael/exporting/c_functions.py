@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from arael.compiler.groups import Kernel
 from arael.compiler.runs import needed
 from arael.exporting.arrays import Array, Arrays, ParameterSet, arrays_of, refuse_rows
-from arael.exporting.identifiers import Names, identifier
+from arael.exporting.identifiers import Names, identifier, project_name
 from arael.exporting.program import (
     ConstraintProgram,
     constraint_program,
@@ -101,7 +101,7 @@ def functions_of(layout: Layout, kernels: tuple[Kernel, ...]) -> Functions:
     """Plan the functions of the constraints `kernels` of a model."""
     refuse_rows(kernels)
     arrays = arrays_of(layout, kernels)
-    prefix = f"{identifier(layout.name)}_"
+    prefix = f"{project_name(layout.name)}_"
     taken = [f"{one.stored.name}_{way}" for one in arrays.parameters for way in _WAYS]
     taken += [f"covariance_{one.stored.name}" for one in arrays.parameters]
     names = Names((*taken, *_OF_SOLVER))
@@ -176,7 +176,8 @@ def header(functions: Functions, head: str) -> str:
         for native in layout.functions:
             if native.name in natives:
                 scalars = ", ".join(f"{functions.real} {identifier(p)}" for p in native.params)
-                lines += [f"{functions.real} {native.name}({scalars});"]
+                name = f"{functions.prefix}{identifier(native.name)}"
+                lines += [f"{functions.real} {name}({scalars});"]
         lines += [""]
     lines += ["#ifdef __cplusplus", "}", "#endif", "", "#endif"]
     return "\n".join(lines) + "\n"
@@ -338,7 +339,7 @@ def _body(functions: Functions, function: ConstraintFunction) -> list[str]:
     program, group = function.program, function.group
     tape, real = program.tape, functions.real
     inputs, names = _inputs(functions, function)
-    written = Statements(tape, inputs, names, real, group.places)
+    written = Statements(tape, inputs, names, real, group.places, functions.prefix)
     lines: list[str] = []
 
     def write(nodes: Sequence[int]) -> None:

@@ -201,8 +201,10 @@ class CeresProject:
                 f"  for (std::size_t row = 0; row < model.{name}.size(); row++) {{",
                 f"    double* x = model.{name}[row].data();",
                 f"    problem.AddParameterBlock(x, {n}{manifold});",
-                f"    if (!model.{name}_fixed.empty() && model.{name}_fixed[row])",
+                f"    if (!model.{name}_fixed.empty() && model.{name}_fixed[row]) {{",
                 "      problem.SetParameterBlockConstant(x);",
+                "      continue;",
+                "    }",
                 *self._bounds(one),
                 "  }",
             ]

@@ -40,11 +40,13 @@ class Export:
     target : what it was exported to
     files : text of each file by its name; of a module of WebAssembly its bytes
     functions : what the C functions are called and read
+    left_out : constraints that read collections for which `size` has no rows
     """
 
     target: str
     files: Mapping[str, str | bytes]
     functions: Functions
+    left_out: tuple[str, ...] = ()
 
     def write(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write all files into `folder`, which is made if it is not there; return their paths.
@@ -95,8 +97,9 @@ def export(
     constraint : only these, as ``"Edge.between"``
     precision : instead of what the root declares
     root : which root, where the file has several
-    size : also a whole solver, for at most so many rows of each collection (``{"poses": 10}``),
-        those of `data` where it is left out; ``"data"``: for the rows and refs of `data`
+    size : also a whole solver, for at most so many rows of each collection (``{"poses": 10}``);
+        one that is left out has those of `data`, and without data none; ``"data"``: for the rows
+        and refs of `data`
 
     Raises
     ------
@@ -125,6 +128,13 @@ def export(
             if name not in labels:
                 raise _no_constraint(name, labels)
         kernels = tuple(kernel for kernel in kernels if kernel.group.label in wanted)
+    left_out: tuple[str, ...] = ()
+    if isinstance(size, Mapping) and data is None:
+        rows = {*size, ""}
+        kept = tuple(k for k in kernels if {slot.table for slot in k.group.slots} <= rows)
+        left_out = tuple(k.group.label for k in kernels if k not in kept)
+        if kept:  # else the plan says which size is missing
+            kernels = kept
     functions = functions_of(program.layout, kernels)
     samples = None
     if data is not None:
@@ -168,7 +178,7 @@ def export(
                 Diagnostic(
                     "E1503",
                     "a WebAssembly module is a solver of fixed size, and there is none",
-                    help=("write --size poses=10,edges=20 or give a data file",),
+                    help=("write --size NAME=N,... for its collections, or give a data file",),
                 )
             )
         size = "data"
@@ -184,8 +194,8 @@ def export(
         files.update(solver_files(solver, text, data))
         if to == "wasm":
             values = checked_values(solver, data) if data is not None else {}
-            return Export(to, wasm_files(solver, files, values), functions)
-    return Export(to, files, functions)
+            return Export(to, wasm_files(solver, files, values), functions, left_out)
+    return Export(to, files, functions, left_out)
 
 
 def _put(content: bytes, file: BinaryIO) -> None:

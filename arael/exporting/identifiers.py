@@ -33,6 +33,19 @@ def identifier(name: str) -> str:
     return f"{plain}_" if plain in _KEYWORDS else plain
 
 
+_FILES = frozenset(
+    {"math", "stdio", "stdlib", "string", "c", "m"}
+    | {"all", "clean", "install", "test", "help", "package", "edit_cache"}
+)
+"""Headers and libraries of C, and targets of CMake: no project may have their names."""
+
+
+def project_name(name: str) -> str:
+    """Name of the files of a model: its own, but for what would hide a header or a target."""
+    plain = identifier(name)
+    return f"{plain}_model" if plain in _FILES else plain
+
+
 class Names:
     """Identifiers of one scope, each taken once: a second ``pose`` is ``pose_2``."""
 

@@ -19,6 +19,8 @@ from arael.solving import problem_of
 # runs is the better choice.
 MAX_SCALARS = 20_000
 
+MAX_ROWS = 1_000_000
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -105,8 +107,11 @@ def _rows(functions: Functions, sizes: Mapping[str, int], model: Model | None) -
             near = closest(name, collections)
             hint = f"did you mean `{near[0]}`?" if near else f"there are {', '.join(collections)}"
             raise _error(f"there is no collection `{name}`", hint)
-        if size < 1:
-            raise _error(f"`{name}` has {size} rows, expected at least 1", f"write {name}=10")
+        if not 1 <= size <= MAX_ROWS:
+            raise _error(
+                f"`{name}` has {size} rows, expected at least 1 and at most {MAX_ROWS}",
+                f"write {name}=10",
+            )
     needed = {""}
     for function in functions.constraints:
         group = function.group

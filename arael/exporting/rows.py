@@ -28,8 +28,19 @@ class Rows:
         self.layout: Layout = functions.layout
         read = set(tables)
         self.tables = [table.path for table in self.layout.tables if table.path in read]
-        taken = Names(("parameters", "count"))
-        self.names = {path: taken.take(identifier(path)) for path in self.tables if path}
+        members = ["parameters"]
+        for one in functions.arrays.parameters:
+            members += [one.stored.name, f"{one.stored.name}_fixed"]
+        members += [array.name for array in functions.arrays.data.values()]
+        self.names: dict[str, str] = {}
+        numbered = Names()
+        for path in filter(None, self.tables):
+            name = numbered.take(identifier(path))
+            while f"{name}_count" in members:
+                name = numbered.take(f"{name}_rows")
+            self.names[path] = name
+            members.append(f"{name}_count")
+        taken = Names(tuple(members))
         self.refs: dict[tuple[str, Step], str] = {}
         for function in functions.constraints:
             for slot in function.group.slots:

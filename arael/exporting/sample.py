@@ -71,7 +71,9 @@ def model_values(functions: Functions, rows: Rows, model: Model) -> dict[str, ND
     """
     model._store.check_complete()
     store = model._store
-    system = problem_of(model).structure.system
+    problem = problem_of(model)
+    problem.check_start()
+    system = problem.structure.system
     values: dict[str, NDArray[Any]] = {}
     for one in functions.used:
         values[one.stored.name] = stored_scalars(store, one.entity, np.dtype(np.float64))

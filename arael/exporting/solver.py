@@ -307,15 +307,16 @@ class Solver:
                 f"        {p}_{name}_retract(data->parameters.{name}[row],",
                 f"            s->step + FIRST[POSITION[{at} + row]], s->trial.{name}[row]);",
             ]
-            for other, stored, _, low, high in self._bounded():
+            for other, stored, tangent, low, high in self._bounded():
                 if other is one:
                     x = f"s->trial.{name}[row][{stored}]"
+                    free = f"!s->held[FIRST[POSITION[{at} + row]] + {tangent}]"
                     if low is not None:
                         limit = c_literal(low, self.real)
-                        lines.append(f"        if ({x} < {limit}) {x} = {limit};")
+                        lines.append(f"        if ({free} && {x} < {limit}) {x} = {limit};")
                     if high is not None:
                         limit = c_literal(high, self.real)
-                        lines.append(f"        if ({x} > {limit}) {x} = {limit};")
+                        lines.append(f"        if ({free} && {x} > {limit}) {x} = {limit};")
             lines.append("    }")
         return [*lines, "}", ""]
 
@@ -344,6 +345,7 @@ class Solver:
             f"    {p}_result result = {{check_counts(data), 0.0, 0.0, 0, 0}};",
             f"    if (result.status != {upper}_OK) return result;",
             "    keep_stored(data);",
+            *self._start_check(),
         ]
         for number, one in enumerate(self._passes):
             if number:
@@ -353,6 +355,23 @@ class Solver:
                 ]
             lines += self._pass(one, number)
         return [*lines, "    return result;", "}", "", *self._covariances()]
+
+    def _start_check(self) -> list[str]:
+        """Refuse a start outside of its bounds, as arael does; what is fixed may be anywhere."""
+        lines = []
+        for one, stored, tangent, low, high in self._bounded():
+            name, x = one.stored.name, f"data->parameters.{one.stored.name}[row][{stored}]"
+            used = f"data->{self.rows.names[one.entity.table]}_count" if one.entity.table else "1"
+            tests = [f"{x} < {c_literal(low, self.real)}"] if low is not None else []
+            tests += [f"{x} > {c_literal(high, self.real)}"] if high is not None else []
+            lines += [
+                f"    for (int row = 0; row < {used}; row++)",
+                f"        if (!data->{name}_fixed[row][{tangent}] && ({' || '.join(tests)})) {{",
+                f"            result.status = {self.upper}_OUT_OF_BOUNDS;",
+                "            return result;",
+                "        }",
+            ]
+        return lines
 
     def _counts(self) -> list[tuple[str, int]]:
         """Number of rows in use of each collection, as C has it, and the most."""
@@ -422,7 +441,8 @@ class Solver:
     def _covariances(self) -> Iterable[str]:
         upper = self.upper
         for one in self.functions.used:
-            n, rows = one.entity.tangent, self.plan.rows[one.entity.table]
+            n = one.entity.tangent
+            rows = f"data->{self.rows.names[one.entity.table]}_count" if one.entity.table else "1"
             zero = "0.0f" if self.real == "float" else "0.0"
             yield from [
                 f"int {self._covariance(one)}",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from arael.compiler.emit.writer import comment
+from arael.exporting.identifiers import identifier
 from arael.runtime.layout import Place
 from arael.runtime.machine.tape import NATIVE, Tape
 from arael.symbolic.c import c_literal, c_operation
@@ -32,6 +33,7 @@ class Statements:
     names : C name of each input that is read, for a constant of its own; "" reads it in place
     real : C type
     places : places of the model that the tape refers to
+    prefix : before the names of native functions
     """
 
     def __init__(
@@ -41,10 +43,11 @@ class Statements:
         names: Sequence[str] = (),
         real: str = "double",
         places: Sequence[Place] = (),
+        prefix: str = "",
     ) -> None:
         self.lines: list[str] = []
         self._tape, self._inputs, self._names = tape, inputs, names
-        self._real, self._places = real, places
+        self._real, self._places, self._prefix = real, places, prefix
         self._texts: dict[int, tuple[str, int]] = {}
         self._temporaries = 0
         self._place = -1
@@ -70,7 +73,8 @@ class Statements:
         if op == "neg":
             return f"-{self.value(args[0], 8)}", _NEGATIVE
         if op.startswith(NATIVE):
-            value = f"{op.removeprefix(NATIVE)}({', '.join(self.value(a) for a in args)})"
+            name = f"{self._prefix}{identifier(op.removeprefix(NATIVE))}"
+            value = f"{name}({', '.join(self.value(a) for a in args)})"
         else:
             value, _ = c_operation(op, [self._texts[a] for a in args], self._real)
         self._show_place(node)

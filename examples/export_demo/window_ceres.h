@@ -208,14 +208,18 @@ inline void build_problem(Model& model, ceres::Problem& problem) {
   for (std::size_t row = 0; row < model.pose.size(); row++) {
     double* x = model.pose[row].data();
     problem.AddParameterBlock(x, 3, new PoseManifold);
-    if (!model.pose_fixed.empty() && model.pose_fixed[row])
+    if (!model.pose_fixed.empty() && model.pose_fixed[row]) {
       problem.SetParameterBlockConstant(x);
+      continue;
+    }
   }
   for (std::size_t row = 0; row < model.landmark.size(); row++) {
     double* x = model.landmark[row].data();
     problem.AddParameterBlock(x, 2);
-    if (!model.landmark_fixed.empty() && model.landmark_fixed[row])
+    if (!model.landmark_fixed.empty() && model.landmark_fixed[row]) {
       problem.SetParameterBlockConstant(x);
+      continue;
+    }
   }
   for (int i = 0; i < model.steps_count; i++) {  // Step.odometry
     const int row1 = model.steps_a[static_cast<std::size_t>(i)];

@@ -368,7 +368,7 @@ static void minimise(window_data *data, window_state *s, const window_options *o
     result->status = linearise(data, s, &cost);
     result->cost = cost;
     if (result->status != WINDOW_OK) return;
-    if (!is_finite(cost)) {
+    if (!is_finite(cost) || !is_finite(dot(s->gradient, s->gradient))) {
         result->status = WINDOW_NOT_FINITE;
         return;
     }
@@ -464,7 +464,7 @@ window_result window_solve(window_state *state, window_data *data, const window_
 int window_covariance_pose(window_state *state, const window_data *data, int row, double covariance[9])
 {
     double cost;
-    if (row < 0 || row >= 3) return 0;
+    if (row < 0 || row >= data->poses_count) return 0;
     for (int k = 0; k < WINDOW_SCALARS; k++) state->scale[k] = 0.0;
     state->pass = 0;
     if (linearise(data, state, &cost) != WINDOW_OK) return 0;
@@ -484,7 +484,7 @@ int window_covariance_pose(window_state *state, const window_data *data, int row
 int window_covariance_landmark(window_state *state, const window_data *data, int row, double covariance[4])
 {
     double cost;
-    if (row < 0 || row >= 2) return 0;
+    if (row < 0 || row >= data->landmarks_count) return 0;
     for (int k = 0; k < WINDOW_SCALARS; k++) state->scale[k] = 0.0;
     state->pass = 0;
     if (linearise(data, state, &cost) != WINDOW_OK) return 0;

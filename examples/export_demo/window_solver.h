@@ -122,11 +122,12 @@ typedef enum {
     WINDOW_OK = -1,        /* within a solve */
     WINDOW_CONVERGED,      /* the predicted decrease is below the precision */
     WINDOW_MAX_ITERATIONS, /* the best state so far is in the parameters */
-    WINDOW_NOT_FINITE,     /* the cost of the start is NaN or infinite */
-    WINDOW_SINGULAR,       /* a parameter is not determined by the data */
+    WINDOW_NOT_FINITE,     /* the cost or a derivative of the start is NaN or infinite */
+    WINDOW_SINGULAR,       /* no damping makes J'J positive definite */
     WINDOW_BAD_COUNT,      /* a count is negative, or larger than the collection */
     WINDOW_BAD_REF,        /* a ref or parent names no row */
-    WINDOW_PATTERN         /* refs couple rows that the solver was not exported for */
+    WINDOW_PATTERN,        /* refs couple rows that the solver was not exported for */
+    WINDOW_OUT_OF_BOUNDS   /* a parameter that is not fixed starts outside of its bounds */
 } window_status;
 
 typedef enum {

@@ -271,7 +271,7 @@ def test_native_functions_are_declared(tmp_path: Path) -> None:
         "root M { param v: real = 1; constraint c { drag(v) - 2 } }\n"
     )
     text = export(path).files["native.h"]
-    assert "double drag(double v);" in text
+    assert "double native_drag(double v);" in text
 
 
 def test_public_graph(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import arael
+from arael.cli.main import run
 from arael.diagnostics.records import AraelError
 from arael.exporting import Export, export
 from arael.model import Model
@@ -124,9 +125,47 @@ def test_public_problems_end_at_the_optimum(
         np.testing.assert_allclose(found, cost, rtol=1e-5)
 
 
-def graph(poses: int) -> Model:
+# A graph of planar poses; the layout of its data is that of `Window` below.
+PLANAR = """
+struct Pose {
+    param t:  vec2 [m]
+    param th: angle
+}
+struct Edge {
+    a:  ref Pose in root.poses
+    b:  ref Pose in root.poses
+    t:  vec2 [m]
+    th: real [rad]
+    u:  mat3
+    constraint between {
+        let d = a.th.rotation_matrix()' * (b.t - a.t) - t
+        let c = cos(th)
+        let s = sin(th)
+        u * [c * d.x + s * d.y, c * d.y - s * d.x, rad_diff(rad_diff(b.th, a.th), th)]
+    }
+}
+struct Anchor {
+    pose: ref Pose in root.poses
+    t:    vec2 [m]
+    th:   real [rad]
+    t_isigma:  real [1/m]   = 1
+    th_isigma: real [1/rad] = 1
+    constraint prior { [(pose.t - t) * t_isigma, rad_diff(pose.th, th) * th_isigma] }
+}
+root PoseGraph {
+    poses:   list of Pose
+    edges:   list of Edge
+    anchors: list of Anchor
+    solve { pass refine { rel_precision = 1e-6 } }
+}
+"""
+
+
+def graph(poses: int, folder: Path) -> tuple[Path, Model]:
     """A chain of poses with a loop, and an anchor."""
-    model = arael.load("pose_graph_2d", interpret=True)()
+    path = folder / "pose_graph_2d.arael"
+    path.write_text(PLANAR)
+    model = arael.load(path, interpret=True)()
     rng = np.random.default_rng(1)
     rows = [
         model.poses.append(t=[k + 0.1 * rng.normal(), 0.1 * rng.normal()], th=0.1 * rng.normal())
@@ -138,13 +177,13 @@ def graph(poses: int) -> Model:
             a=rows[a], b=rows[b], t=[b - a + 0.01, 0.02], th=0.01, u=np.diag([10.0, 10, 30])
         )
     model.anchors.append(pose=rows[0], t=[0, 0], th=0)
-    return model
+    return path, model
 
 
 def test_single_precision_and_fewer_rows_than_there_is_room_for(tmp_path: Path) -> None:
-    model = graph(5)
+    path, model = graph(5, tmp_path)
     size = {"poses": 8, "edges": 12, "anchors": 2}
-    project = export("pose_graph_2d", data=model, size=size, precision="f32")
+    project = export(path, data=model, size=size, precision="f32")
     status, cost, found = Program(project, tmp_path).run()
     assert status == 0
     np.testing.assert_allclose(cost, model.solve().cost, rtol=1e-4)
@@ -153,7 +192,8 @@ def test_single_precision_and_fewer_rows_than_there_is_room_for(tmp_path: Path) 
 
 def test_what_a_solver_contains(tmp_path: Path) -> None:
     """No heap, no input or output, no globals that change, and the sizes that are promised."""
-    project = export("pose_graph_2d", data=graph(10), size={"edges": 20}, precision="f32")
+    path, model = graph(10, tmp_path)
+    project = export(path, data=model, size={"edges": 20}, precision="f32")
     program = Program(project, tmp_path)
     subprocess.run([compiler(), *STRICT, "-Os", "-c", *program.sources], cwd=tmp_path, check=True)
     objects = [source.replace(".c", ".o") for source in program.sources]
@@ -225,8 +265,8 @@ class Caller:
     """The solver of a graph of five poses, through its C interface."""
 
     def __init__(self, folder: Path) -> None:
-        self.model = graph(5)
-        project = export("pose_graph_2d", data=self.model, size="data")
+        path, self.model = graph(5, folder)
+        project = export(path, data=self.model, size="data")
         self.library = Program(project, folder).library()
         self.library.pose_graph_2d_default_options.restype = Options
         self.library.pose_graph_2d_solve.restype = Outcome
@@ -310,7 +350,7 @@ def test_what_goes_wrong_has_a_status(tmp_path: Path) -> None:
     ("size", "words"),
     [
         ({"pose": 3}, "did you mean `poses`?"),
-        ({"poses": 0}, "`poses` has 0 rows, expected at least 1"),
+        ({"poses": 0}, "`poses` has 0 rows, expected at least 1 and at most 1000000"),
         ({"poses": 3}, "the size of `edges` is missing"),
         ({"poses": 7000, "edges": 3, "anchors": 1}, "21000 scalars, more than 20000"),
         ("data", "there is no data"),
@@ -321,3 +361,71 @@ def test_sizes_that_are_refused(size: dict[str, int], words: str) -> None:
         export("pose_graph_2d", size=size)
     assert words in str(caught.value)
     assert "E1503" in str(caught.value)
+
+
+ODD = """
+struct Node {
+    param y: real in 0 .. 2 = 1
+    count: ref Solve in root.marks
+    data:  ref Solve in root.marks
+    constraint near { y * count.x - data.z }
+}
+struct Solve { param x: real = 1; z: real = 3; constraint stay { (x - z) * 0.5 } }
+root Math { node: list of Node; marks: list of Solve }
+"""
+
+
+def odd(folder: Path) -> tuple[Path, Model]:
+    """Names that programs have for themselves, and a fixed row outside of its bounds."""
+    path = folder / "math.arael"
+    path.write_text(ODD)
+    model = arael.load(path, interpret=True)()
+    a, b = model.marks.append(z=1.0), model.marks.append(z=2.0)
+    model.node.append(count=a, data=b)
+    fixed = model.node.append(count=b, data=a, y=3.5)
+    fixed.y.fixed = True
+    return path, model
+
+
+def test_what_is_fixed_outside_of_its_bounds_stays(tmp_path: Path) -> None:
+    path, model = odd(tmp_path)
+    program = Program(export(path, data=model, size="data"), tmp_path / "c")
+    status, cost, found = program.run()
+    assert status == 0
+    np.testing.assert_allclose(cost, model.solve(rel_precision=1e-12).cost, rtol=1e-8)
+    assert found["node"][1] == [3.5]
+    model.node[1].y.fixed = False
+    with pytest.raises(arael.SolveError, match="E1007"):
+        export(path, data=model, size="data")
+
+
+def test_a_start_outside_of_its_bounds_has_a_status(tmp_path: Path) -> None:
+    path, model = odd(tmp_path)
+    program = Program(export(path, data=model, size="data"), tmp_path / "c")
+    text = (program.folder / "main.c").read_text()
+    at = text.index(".node_fixed")
+    text = text[:at] + text[at:].replace("{1}", "{0}", 1)
+    (program.folder / "main.c").write_text(text)
+    program._build(*program.sources, "main.c", "-o", "main")
+    assert program.run()[0] == 7
+
+
+def test_collections_without_a_size_are_left_out() -> None:
+    project = export("pose_graph_2d", size={"poses": 10, "edges": 20})
+    assert [one.group.label for one in project.functions.constraints] == ["Edge.between"]
+    assert "Anchor.prior" in project.left_out
+
+
+def test_the_command_writes_a_program_that_solves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, model = calibration(tmp_path)
+    data = tmp_path / "data.json"
+    arael.write(model, data)
+    folder = str(tmp_path / "out")
+    assert run([*("export", str(path), str(data), "--size", "data", "-o"), folder]) == 0
+    assert "wrote" in capsys.readouterr().out
+    assert (tmp_path / "out" / "calibration_solver.c").exists()
+    for size, words in (("sensors=3,sensors=4", "two sizes"), ("sensors=x", "expected NAME=N")):
+        assert run(["export", str(path), "--size", size]) == 2
+        assert words in capsys.readouterr().err

@@ -62,13 +62,16 @@ def test_a_module_in_node_solves_as_arael(strategy: str, tmp_path: Path) -> None
     assert "readings_count: number;" in declared
 
 
-def test_a_compiler_without_webassembly_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compiler_without_webassembly_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, model = graph(4, tmp_path)
     monkeypatch.setattr(wasm, "CLANG", ("no-such-compiler",))
     with pytest.raises(AraelError, match="no clang was found"):
-        export("pose_graph_2d", "wasm", data=graph(4))
+        export(path, "wasm", data=model)
     monkeypatch.setattr(wasm, "CLANG", ("false",))
     with pytest.raises(AraelError, match="clang cannot compile or link WebAssembly"):
-        export("pose_graph_2d", "wasm", data=graph(4))
+        export(path, "wasm", data=model)
 
 
 def test_a_module_needs_a_size() -> None:
