@@ -258,7 +258,7 @@ def test_missing_root_data_is_refused_before_anything_runs():
 
 
 def test_failure_leaves_the_model_as_the_passes_before_left_it():
-    broken = LayoutPass("broken", (PassSetting("sigma", (0.0,)),))
+    broken = LayoutPass("broken", (PassSetting("sigma", (float("nan"),)),))
     model = line((COARSE, broken))
     with pytest.raises(SolveError) as caught:
         solve(model)

@@ -443,7 +443,8 @@ def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
             return "whether the guard holds"
         if isinstance(key, SumInput):
             return f"sum{key.sum + 1}[{key.component}]"
-        assert isinstance(key, RawInput)
+        if not isinstance(key, RawInput):
+            return f"{key!r}"
         slot, column, component = key
         if "#" in column:
             of = f"{_slot_name(site, slot)}{column.partition('#')[0]}"

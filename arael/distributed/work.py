@@ -54,6 +54,7 @@ class Settings(msgspec.Struct, frozen=True):
     format: str | None = None
     collection: str | None = None
     fields: dict[str, str] | None = None
+    information: tuple[float, float] | None = None
     options: dict[str, Any] = {}
     time_limit: float | None = None
 
@@ -174,6 +175,7 @@ def read_problem(kind: Any, task: Task, settings: Settings, row: Row) -> Any:
         settings.format,
         collection=settings.collection,
         fields=settings.fields,
+        information=settings.information,
     )
     row.seconds["read"] = time.perf_counter() - began
     return model

@@ -122,6 +122,7 @@ def test_prepared_data_is_named_with_both_operands(arael: Arael, path: Path) -> 
         assert "E0107" in found.err or "has no root" in found.err, found.err
         return
     lines = re.findall(r"^  t\d+ = (add|sub|mul|div) of (.+)$", found.out, re.MULTILINE)
+    lines = [(op, name) for op, name in lines if op != "div"]  # a constant is left out
     short = [(op, name) for op, name in lines if len(name) < 40 and "..." not in name]
     for op, name in short:  # a square names its one operand
         assert op == "mul" or " and " in name or "(" in name or ", " in name, name

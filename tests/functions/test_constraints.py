@@ -70,8 +70,9 @@ def test_single_precision(tmp_path: Path) -> None:
 def test_python_functions_give_the_same_and_say_that_they_are_slow(tmp_path: Path) -> None:
     with pytest.warns(SlowFunctionWarning) as said:
         slow = instance(tmp_path, PYTHON)
+    names = ", ".join(f"`{name}`" for name in PYTHON)
     assert [str(w.message).split(":")[0] for w in said] == [
-        f"`{name}` is bound to a Python function" for name in PYTHON
+        f"{names} are bound to Python functions"
     ]
     fast = instance(tmp_path, native())
     assert slow.solve().cost == pytest.approx(fast.solve().cost, rel=1e-12)

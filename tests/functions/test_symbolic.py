@@ -72,7 +72,7 @@ def test_in_text(functions: Functions) -> None:
 
 
 def test_python_functions_too(tmp_path: Path) -> None:
-    with pytest.warns(UserWarning, match="bound to a Python function"):
+    with pytest.warns(UserWarning, match="bound to Python functions"):
         functions = functions_of(tmp_path, PYTHON)
     assert sym.eval(functions["arc"](T, 2), t=1.0) == math.atan2(1, 2)
 

@@ -133,13 +133,13 @@ def test_free_within_what_is_frozen(tmp_path: Path, steps: str, stay: set[str]) 
     assert set(ALL) - moved(model) == stay
 
 
-def test_what_is_frozen_stays_so_until_a_later_pass_frees_it(tmp_path: Path) -> None:
-    passes = "pass one { freeze Mark, drift }\n pass two { free drift }\n pass three { free Mark }"
+def test_a_freeze_ends_with_its_pass(tmp_path: Path) -> None:
+    passes = "pass one { freeze Mark, drift }\n pass two { freeze Mark }\n pass three { }"
     for names, stay in (
         (["one"], {"loose.m", "poses.marks.m", "drift"}),
         (["one", "two"], {"loose.m", "poses.marks.m"}),
         (["one", "two", "three"], set()),
-        (["two"], set()),
+        (["two"], {"loose.m", "poses.marks.m"}),
     ):
         model = filled(tmp_path, passes)
         model.solve(passes=names)

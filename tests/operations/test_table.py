@@ -133,7 +133,10 @@ def test_operands_outside_of_the_domain_are_named_with_the_condition() -> None:
 
 # Where formulas are built of operations, or one has a meaning beyond that for scalars.
 USES = {
-    "arael/check": {"exp", "log", "min", "max", "pow", "rad_diff", "sqrt", "starship"},
+    "arael/check": {
+        *("cos", "exp", "log", "max", "min", "pow", "rad_diff", "rad_sum", "sin", "sqrt"),
+        *("starship", "tan"),
+    },
     "arael/compiler": {
         *("abs", "cos", "exp", "expm1", "identity", "log", "log1p", "max", "min", "pow", "sin"),
         "sqrt",

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from arael.runtime.layout import Column
+from arael.runtime.store.bounds import COMPONENTS_FIXED, ENDS
+from arael.runtime.store.columns import COMPONENTS
 from arael.runtime.store.manifolds import kind_of
 from arael.runtime.store.slots import NULL
 from arael.runtime.store.values import blank, default_value
@@ -34,7 +36,6 @@ class PlainRows:
 
     def __init__(self, table: Table) -> None:
         self._table = table
-        self._declared = len(table.buffers)
         self._values: dict[str, Column] = {}
         self.refs: dict[str, Table] = {}
         self._blank: dict[str, Any] = {f"{path}?": False for path in table.optionals}
@@ -54,6 +55,10 @@ class PlainRows:
             if not optional and column.role != "constraint_index" and column.default is None:
                 needed.add(path)
         self._needed = frozenset(needed)
+        # With bounds and flags of rows a table has more columns, which the general way fills.
+        more = (*(f".{end}" for end in ENDS), f".{COMPONENTS_FIXED}", COMPONENTS)
+        added = any(f"{path}{what}" in table.buffers for path in table.data for what in more)
+        self._declared = -1 if added else len(table.buffers)
 
     def row(self, values: Mapping[str, Any], handles: Mapping[str, int]) -> dict[str, Any] | None:
         """Values of all columns of a new row, or None if one is not plain or is missing.

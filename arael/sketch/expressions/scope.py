@@ -22,6 +22,7 @@ Measure = Callable[[Dimension], float]
 _MOST_PARAMETERS = 100
 """Parameters that are followed for the unit of one; each may be within the other."""
 
+
 class DocumentScope:
     """Parameters, dimensions, constants and properties of entities.
 
