@@ -24,7 +24,9 @@ def test_prints(fuzz_seed, fuzz_budget):
 @pytest.fixture
 def suite(pytester: pytest.Pytester) -> pytest.Pytester:
     """A test that prints the seed, the time and a hash of what hypothesis drew."""
-    pytester.makeconftest(CONFTEST.replace('"tests.isolation", "tests.no_skips", "tests.sweeps"', ""))
+    pytester.makeconftest(
+        CONFTEST.replace('"tests.isolation", "tests.no_skips", "tests.sweeps"', "")
+    )
     pytester.makepyfile(TESTS)
     return pytester
 
