@@ -118,6 +118,12 @@ def export(
     """
     if to not in TARGETS:
         raise wrong_argument("export", "to", " or ".join(map(repr, TARGETS)), to)
+    if data is not None and not isinstance(data, Model):
+        raise wrong_argument("export", "data", "an instance of the model", data)
+    if size not in (None, "data") and not _is_sizes(size):
+        raise wrong_argument("export", "size", 'numbers of rows by collection, or "data"', size)
+    if not (constraint is None or _is_names(constraint)):
+        raise wrong_argument("export", "constraint", "a name, or several", constraint)
     path = find_model(model)
     program = compile_text(read_source(path), root=root, precision=precision).program
     kernels = program.kernels
@@ -187,15 +193,25 @@ def export(
             raise AraelError(
                 Diagnostic("E1503", "the size is that of the data, and there is no data")
             )
-        if size != "data" and not isinstance(size, Mapping):
-            raise wrong_argument("export", "size", 'a dict of numbers of rows, or "data"', size)
-        plan = plan_of(functions, {} if size == "data" else size, data)
+        plan = plan_of(functions, size if isinstance(size, Mapping) else {}, data)
         solver = Solver(functions, plan)
         files.update(solver_files(solver, text, data))
         if to == "wasm":
             values = checked_values(solver, data) if data is not None else {}
             return Export(to, wasm_files(solver, files, values), functions, left_out)
     return Export(to, files, functions, left_out)
+
+
+def _is_sizes(size: object) -> bool:
+    return isinstance(size, Mapping) and all(
+        isinstance(name, str) and type(count) is int for name, count in size.items()
+    )
+
+
+def _is_names(names: object) -> bool:
+    return isinstance(names, str) or (
+        isinstance(names, Sequence) and all(isinstance(name, str) for name in names)
+    )
 
 
 def _put(content: bytes, file: BinaryIO) -> None:

@@ -50,7 +50,7 @@ class Solver:
     def header(self, head: str) -> str:
         """Text of the header."""
         rows = [
-            f"#define {self.upper}_{self.rows.names[path].upper()} {count}"
+            f"#define {self.upper}_{self.rows.names[path].upper()}_ROWS {count}"
             for path, count in self.plan.rows.items()
             if path
         ]

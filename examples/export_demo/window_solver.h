@@ -75,11 +75,11 @@ extern "C" {
 #define WINDOW_VALUES 93 /* scalars of the blocks of J'J and of its factor */
 
 /* Most rows of each collection. */
-#define WINDOW_POSES 3
-#define WINDOW_LANDMARKS 2
-#define WINDOW_STEPS 2
-#define WINDOW_SIGHTS 6
-#define WINDOW_ANCHORS 1
+#define WINDOW_POSES_ROWS 3
+#define WINDOW_LANDMARKS_ROWS 2
+#define WINDOW_STEPS_ROWS 2
+#define WINDOW_SIGHTS_ROWS 6
+#define WINDOW_ANCHORS_ROWS 1
 
 /* Stored scalars of all parameters; a row of a collection is a row of an array. */
 typedef struct {

@@ -429,3 +429,30 @@ def test_the_command_writes_a_program_that_solves(
     for size, words in (("sensors=3,sensors=4", "two sizes"), ("sensors=x", "expected NAME=N")):
         assert run(["export", str(path), "--size", size]) == 2
         assert words in capsys.readouterr().err
+
+
+def test_collections_may_be_named_as_what_a_solver_defines(tmp_path: Path) -> None:
+    """`SCALARS`, `BLOCKS`, `CONVERGED` are macros and statuses of every solver."""
+    path = tmp_path / "named.arael"
+    names = ("scalars", "blocks", "values", "converged", "max_iterations")
+    lists = "\n".join(f"    {name}: list of Row{k}" for k, name in enumerate(names))
+    rows = "\n".join(
+        f"struct Row{k} {{ param x: real = 2; constraint c {{ x - {k} }} }}"
+        for k in range(len(names))
+    )
+    path.write_text(f"{rows}\nroot Named {{\n{lists}\n}}\n")
+    model = arael.load(path, interpret=True)()
+    for name in names:
+        getattr(model, name).append()
+    status, cost, _ = Program(export(path, data=model, size="data"), tmp_path / "c").run()
+    assert (status, cost) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"size": "poses=10"}, {"size": {"poses": "10"}}, {"size": {"poses": True}}, {"data": 3},
+     {"constraint": 3}, {"to": "c++"}],
+)  # fmt: skip
+def test_wrong_arguments_are_named(wrong: dict[str, object]) -> None:
+    with pytest.raises(AraelError, match=f"`{next(iter(wrong))}` must be"):
+        export("pose_graph_2d", **wrong)  # type: ignore[arg-type]
