@@ -94,7 +94,7 @@ def wasm_files(
 def compile_module(name: str, sources: Mapping[str, str]) -> bytes:
     """Compile the C sources of `name` to a module."""
     compiler = next(filter(None, map(shutil.which, CLANG)), None)
-    remedy = "on Debian and Ubuntu: apt install clang lld wasi-libc libclang-rt-dev-wasm32"
+    remedy = "on Debian and Ubuntu: apt install clang lld wasi-libc libclang-rt-14-dev-wasm32"
     if compiler is None:
         raise AraelError(
             Diagnostic("E1505", "no clang was found, which compiles WebAssembly", help=(remedy,))

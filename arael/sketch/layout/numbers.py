@@ -250,6 +250,18 @@ class Numbers(Upkeep):
                 side = 1.0 if sweep_of(values, curve) < np.pi else -1.0
                 self.guards.set_data(laid.guards[-1], "side", side)
 
+    def renew_guards(self, x: NDArray[np.float64]) -> None:
+        """Lay out records by how they are at the accepted `x`, (n,), if guards fail or are missing.
+
+        A guard fails where the solve began on another side; an arc whose radius was not positive
+        has none.
+        """
+        failing = np.flatnonzero(~(self.guards.evaluate(x) > 0.0))
+        owners = [self.guard_owner[row] for row in failing.tolist()]
+        for name in dict.fromkeys([*owners, *self._unguarded]):
+            if name:
+                self._lay_anew(self._laid[name], self.document.values)
+
     # --- points on splines of several pieces ----------------------------------------------
 
     def note_parameters(self, x: NDArray[np.float64], within: float) -> None:

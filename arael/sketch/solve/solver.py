@@ -190,6 +190,7 @@ class Solver:
         if layout.impossible:
             names = tuple(layout.impossible)
             return Outcome("stalled", row=names[0], open=names, fraction=0.0), x
+        edited = self._version != layout.version
         self.prepare(x)
         layout.approach_turned(x)
         taken = layout.take_changes()
@@ -217,7 +218,10 @@ class Solver:
             layout.return_changes(taken)
             layout.note_parameters(x, NEAR_KNOT)
             return found, x
-        return self.written(x, found), x
+        outcome = self.written(x, found)
+        if edited:  # places that were joined may have begun on another side
+            layout.renew_guards(x)
+        return outcome, x
 
     def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
         """Solve in place; values that are far from their old ones are approached."""

@@ -143,6 +143,4 @@ def test_perturbed_and_dragged_sketches_keep_their_equations(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", MORE)
 def test_many_perturbed_and_dragged_sketches_keep_their_equations(seed: int) -> None:
-    if seed == 126:
-        pytest.xfail("an arc of an ellipse is laid out otherwise by an edit than anew")
     perturbed_and_dragged(seed)
