@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO, Literal
 
 from arael.compiler.compilation import compile_text
+from arael.compiler.groups import Kernel
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
@@ -26,9 +27,8 @@ from arael.exporting.wasm import wasm_files
 from arael.io.files import shown, write_whole
 from arael.loading import find_model
 from arael.model import Model
+from arael.runtime.layout import Layout
 from arael.syntax.files import read_source
-
-TARGETS = ("c", "ceres", "gtsam", "wasm")
 
 
 @dataclass(frozen=True)
@@ -125,81 +125,153 @@ def export(
     if not (constraint is None or _is_names(constraint)):
         raise wrong_argument("export", "constraint", "a name, or several", constraint)
     path = find_model(model)
-    program = compile_text(read_source(path), root=root, precision=precision).program
-    kernels = program.kernels
-    labels = list(dict.fromkeys(kernel.group.label for kernel in kernels))
+    source = read_source(path)
+    program = compile_text(source, root=root, precision=precision).program
+    kernels, left_out = _chosen(program.kernels, constraint, size if data is None else None)
+    functions = functions_of(program.layout, kernels)
+    if data is not None:
+        _check_data(data, program.layout)
+    files = _FILES[to](_Request(functions, source.text, data, size))
+    return Export(to, files, functions, left_out)
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What is exported: functions of a model with this text, data and size if they are given."""
+
+    functions: Functions
+    text: str
+    data: Model | None
+    size: Mapping[str, int] | Literal["data"] | None
+
+    @property
+    def stem(self) -> str:
+        """Name of the files."""
+        return self.functions.prefix.removesuffix("_")
+
+    def functions_files(self) -> dict[str, str]:
+        """The functions in C, and a program that calls them."""
+        samples = None if self.data is None else samples_of(self.functions, self.data, SHOWN)
+        return files_of(self.functions, self.text, samples)
+
+    def solver(self, size: Mapping[str, int] | Literal["data"]) -> Solver:
+        """A solver of that size."""
+        if size == "data" and self.data is None:
+            raise AraelError(
+                Diagnostic("E1503", "the size is that of the data, and there is no data")
+            )
+        sizes = size if isinstance(size, Mapping) else {}
+        return Solver(self.functions, plan_of(self.functions, sizes, self.data))
+
+
+def _c_files(request: _Request) -> dict[str, str]:
+    files = request.functions_files()
+    if request.size is not None:
+        solver = request.solver(request.size)
+        files.update(solver_files(solver, request.text, request.data))
+    return files
+
+
+def _wasm_files(request: _Request) -> dict[str, str | bytes]:
+    data, size = request.data, request.size
+    if data is None and size is None:
+        raise AraelError(
+            Diagnostic(
+                "E1503",
+                "a WebAssembly module is a solver of fixed size, and there is none",
+                help=("write --size NAME=N,... for its collections, or give a data file",),
+            )
+        )
+    solver = request.solver(size or "data")
+    files = {**request.functions_files(), **solver_files(solver, request.text, data)}
+    values = {} if data is None else checked_values(solver, data)
+    return wasm_files(solver, files, values)
+
+
+def _ceres_files(request: _Request) -> dict[str, str]:
+    """Files for Ceres; `main.cpp` solves the problem of the data, if there is some."""
+    files = _library_files(request, "ceres")
+    functions, data = request.functions, request.data
+    read = {slot.table for one in functions.constraints for slot in one.group.slots}
+    project = CeresProject(functions, Rows(functions, read | {""}))
+    head = f"// Ceres problem of the model in {request.stem}.h."
+    files[f"{request.stem}_ceres.h"] = project.header(head)
+    if data is not None:
+        files["main.cpp"] = project.main(model_values(functions, project.rows, data))
+    files["CMakeLists.txt"] = cmake_of(request.stem, data is not None)
+    return files
+
+
+def _gtsam_files(request: _Request) -> dict[str, str]:
+    files = _library_files(request, "gtsam")
+    return {**files, f"{request.stem}_gtsam.h": gtsam_header(request.functions)}
+
+
+def _library_files(request: _Request, to: str) -> dict[str, str]:
+    """The functions in C, for a library that solves in double precision."""
+    if request.size is not None:
+        raise AraelError(
+            Diagnostic("E1503", f"a size is of the solver in C, and {to} has its own solver")
+        )
+    if request.functions.real == "float":
+        raise AraelError(
+            Diagnostic(
+                "E1504",
+                f"the model is in f32, and {to} solves in double precision",
+                help=("write --precision f64",),
+            )
+        )
+    files = request.functions_files()
+    return {name: files[name] for name in (f"{request.stem}.h", f"{request.stem}.c")}
+
+
+_FILES: dict[str, Callable[[_Request], Mapping[str, str | bytes]]] = {
+    "c": _c_files,
+    "ceres": _ceres_files,
+    "gtsam": _gtsam_files,
+    "wasm": _wasm_files,
+}
+
+TARGETS = tuple(_FILES)
+
+
+def _chosen(
+    kernels: tuple[Kernel, ...], constraint: str | Sequence[str] | None, size: object
+) -> tuple[tuple[Kernel, ...], tuple[str, ...]]:
+    """Constraints to export, and the labels of those that read collections without a size."""
     if constraint is not None:
+        labels = list(dict.fromkeys(kernel.group.label for kernel in kernels))
         wanted = [constraint] if isinstance(constraint, str) else list(constraint)
         for name in wanted:
             if name not in labels:
                 raise _no_constraint(name, labels)
         kernels = tuple(kernel for kernel in kernels if kernel.group.label in wanted)
-    left_out: tuple[str, ...] = ()
-    if isinstance(size, Mapping) and data is None:
-        rows = {*size, ""}
-        kept = tuple(k for k in kernels if {slot.table for slot in k.group.slots} <= rows)
-        left_out = tuple(k.group.label for k in kernels if k not in kept)
-        if kept:  # else the plan says which size is missing
-            kernels = kept
-    functions = functions_of(program.layout, kernels)
-    samples = None
-    if data is not None:
-        if data._compiled.layout.name != program.layout.name:
-            raise AraelError(
-                Diagnostic(
-                    "E1502",
-                    f"the data is of the model `{data._compiled.layout.name}`, "
-                    f"expected `{program.layout.name}`",
-                )
+    if not isinstance(size, Mapping):
+        return kernels, ()
+    rows = {*size, ""}
+    kept = tuple(k for k in kernels if {slot.table for slot in k.group.slots} <= rows)
+    if not kept:  # the plan says which size is missing
+        return kernels, ()
+    return kept, tuple(k.group.label for k in kernels if k not in kept)
+
+
+def _check_data(data: Model, layout: Layout) -> None:
+    """Refuse data of another model, and residuals that are not in the model's file."""
+    name = data._compiled.layout.name
+    if name != layout.name:
+        raise AraelError(
+            Diagnostic("E1502", f"the data is of the model `{name}`, expected `{layout.name}`")
+        )
+    residuals = data._residuals
+    added = [] if residuals is None else [*residuals, *residuals.code]
+    if added:
+        raise AraelError(
+            Diagnostic(
+                "E1502",
+                f"the model has residuals that were added from Python: {', '.join(added)}",
+                help=("write them as constraints of the model file",),
             )
-        added = [] if data._residuals is None else [*data._residuals, *data._residuals.code]
-        if added:
-            raise AraelError(
-                Diagnostic(
-                    "E1502",
-                    f"the model has residuals that were added from Python: "
-                    f"{', '.join(map(str, added))}",
-                    help=("write them as constraints of the model file",),
-                )
-            )
-        samples = samples_of(functions, data, SHOWN)
-    text = read_source(path).text
-    files = files_of(functions, text, samples)
-    if to in ("ceres", "gtsam"):
-        if size is not None:
-            raise AraelError(
-                Diagnostic("E1503", f"a size is of the solver in C, and {to} has its own solver")
-            )
-        _require_double(functions, to)
-    if to == "gtsam":
-        stem = functions.prefix.removesuffix("_")
-        found = {name: files[name] for name in (f"{stem}.h", f"{stem}.c")}
-        found[f"{stem}_gtsam.h"] = gtsam_header(functions)
-        return Export(to, found, functions)
-    if to == "ceres":
-        return Export(to, ceres_files(functions, files, text, data), functions)
-    if to == "wasm" and size is None:
-        if data is None:
-            raise AraelError(
-                Diagnostic(
-                    "E1503",
-                    "a WebAssembly module is a solver of fixed size, and there is none",
-                    help=("write --size NAME=N,... for its collections, or give a data file",),
-                )
-            )
-        size = "data"
-    if size is not None:
-        if size == "data" and data is None:
-            raise AraelError(
-                Diagnostic("E1503", "the size is that of the data, and there is no data")
-            )
-        plan = plan_of(functions, size if isinstance(size, Mapping) else {}, data)
-        solver = Solver(functions, plan)
-        files.update(solver_files(solver, text, data))
-        if to == "wasm":
-            values = checked_values(solver, data) if data is not None else {}
-            return Export(to, wasm_files(solver, files, values), functions, left_out)
-    return Export(to, files, functions, left_out)
+        )
 
 
 def _is_sizes(size: object) -> bool:
@@ -216,33 +288,6 @@ def _is_names(names: object) -> bool:
 
 def _put(content: bytes, file: BinaryIO) -> None:
     file.write(content)
-
-
-def ceres_files(
-    functions: Functions, files: Mapping[str, str], text: str, data: Model | None
-) -> dict[str, str]:
-    """Files of a project for Ceres; `main.cpp` solves the problem of `data`, if there is one."""
-    stem = functions.prefix.removesuffix("_")
-    read = {group.table for group in (one.group for one in functions.constraints)}
-    read |= {slot.table for one in functions.constraints for slot in one.group.slots}
-    project = CeresProject(functions, Rows(functions, read | {""}))
-    found = {name: files[name] for name in (f"{stem}.h", f"{stem}.c")}
-    found[f"{stem}_ceres.h"] = project.header(f"// Ceres problem of the model in {stem}.h.")
-    if data is not None:
-        found["main.cpp"] = project.main(model_values(functions, project.rows, data))
-    found["CMakeLists.txt"] = cmake_of(stem, data is not None)
-    return found
-
-
-def _require_double(functions: Functions, to: str) -> None:
-    if functions.real == "float":
-        raise AraelError(
-            Diagnostic(
-                "E1504",
-                f"the model is in f32, and {to} solves in double precision",
-                help=("write --precision f64",),
-            )
-        )
 
 
 def _no_constraint(name: str, labels: Sequence[str]) -> AraelError:

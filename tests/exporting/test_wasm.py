@@ -25,8 +25,10 @@ problem.sensors_count = 0;
 const empty = problem.solve();
 problem.readings_count = 99;
 const full = problem.solve();
+let refused = "";
+try { problem.solve({ max: 3 }); } catch (error) { refused = error.message; }
 console.log(JSON.stringify({
-  said, empty, full, sensor: [...problem.sensor], covariance: problem.covariance_sensor(77),
+  refused, said, empty, full, sensor: [...problem.sensor], covariance: problem.covariance_sensor(77),
 }));
 """
 
@@ -55,6 +57,7 @@ def test_a_module_in_node_solves_as_arael(strategy: str, tmp_path: Path) -> None
     np.testing.assert_allclose(np.reshape(found["sensor"], (3, 2)), solved, atol=1e-4)
     assert found["empty"]["status"] == "converged"
     assert found["full"]["status"] == "bad_count"
+    assert found["refused"].startswith("solve has no option max")
     assert found["covariance"] is None
     declared = project.files["calibration.d.mts"]
     assert isinstance(declared, str)
