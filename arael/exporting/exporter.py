@@ -137,7 +137,7 @@ def export(
 
 @dataclass(frozen=True)
 class _Request:
-    """What is exported: functions of a model with this text, data and size if they are given."""
+    """What is exported: functions of a model, its text, and data and size where given."""
 
     functions: Functions
     text: str
