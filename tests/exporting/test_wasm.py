@@ -28,7 +28,8 @@ const full = problem.solve();
 let refused = "";
 try { problem.solve({ max: 3 }); } catch (error) { refused = error.message; }
 console.log(JSON.stringify({
-  refused, said, empty, full, sensor: [...problem.sensor], covariance: problem.covariance_sensor(77),
+  refused,
+  said, empty, full, sensor: [...problem.sensor], covariance: problem.covariance_sensor(77),
 }));
 """
 
