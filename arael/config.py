@@ -94,9 +94,7 @@ class LmConfig:
         success, times 10 after failure), or a callable that takes the record of an attempt and
         returns the next lambda, None to end the solve.
     strategy :
-        ``"dogleg"``: a trust region with Powell's dogleg. ``"subspace"``: the same region, and the
-        best step in the plane of steepest descent and Gauss-Newton step. ``"gauss_newton"``: full
-        Gauss-Newton steps, halved until the cost decreases. ``"damped"``: Levenberg-Marquardt.
+        ``"dogleg"``: a trust region with Powell's dogleg. ``"damped"``: Levenberg-Marquardt.
         ``"auto"``: ``damped`` if `damping`, `initial_lambda`, `lambda_floor`, `lambda_ceiling` or
         `retry_budget` differs from its default; ``damped`` by the ladder with the approximate
         steps of the linear solver ``schur_pcg``; else ``dogleg``, which gives way to damped steps
@@ -127,7 +125,7 @@ class LmConfig:
     verbose: bool = False
     observer: Observer | None = None
     damping: Literal["gain", "ladder", "nielsen"] | Driver = "gain"
-    strategy: Literal["auto", "dogleg", "subspace", "gauss_newton", "damped"] = "auto"
+    strategy: Literal["auto", "dogleg", "damped"] = "auto"
     ending: Literal["promise", "small_steps"] = "promise"
 
     def __post_init__(self) -> None:
@@ -337,7 +335,7 @@ _OR_NONE = "None or "
 _OPTIONAL = ("rel_precision", "lambda_floor", "time_limit")
 _DAMPINGS = ("gain", "ladder", "nielsen")
 _WORDS = {
-    "strategy": ("auto", "dogleg", "subspace", "gauss_newton", "damped"),
+    "strategy": ("auto", "dogleg", "damped"),
     "ending": ("promise", "small_steps"),
 }
 # Changing one of these selects the damped strategy.

@@ -24,8 +24,6 @@ from benchmarks.systems import Plan
 STRATEGIES: dict[str, dict[str, Any]] = {
     "auto": {},
     "dogleg": {"strategy": "dogleg"},
-    "subspace": {"strategy": "subspace"},
-    "gauss_newton": {"strategy": "gauss_newton"},
     "damped, gain": {"strategy": "damped"},
     "damped, nielsen": {"strategy": "damped", "damping": "nielsen"},
     "damped, ladder": {"strategy": "damped", "damping": "ladder"},

@@ -11,7 +11,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 SOLVERS = ("auto", "dense", "band", "sparse", "schur", "schur_pcg", "cholmod", "lapack_band")
 
-STRATEGIES = ("auto", "dogleg", "subspace", "gauss_newton", "damped")
+STRATEGIES = ("auto", "dogleg", "damped")
 """As `arael.LmConfig.strategy`."""
 
 INITS = ("auto", "file", "tree", "chordal")

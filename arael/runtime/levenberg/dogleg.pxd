@@ -7,7 +7,6 @@ from arael.runtime.levenberg.component cimport Component
 
 cdef class Dogleg:
     cdef readonly double floor          # of the regularisation
-    cdef int _path                      # that steps are on: DOGLEG, SUBSPACE or LINE
     cdef Vectors _vectors
     cdef Box _box
     cdef Component* _components
@@ -48,4 +47,4 @@ cdef class Dogleg:
 
 
 cdef Dogleg dogleg_of(
-    Vectors vectors, Box box, double floor, int path, components, const int32_t* component)
+    Vectors vectors, Box box, double floor, components, const int32_t* component)

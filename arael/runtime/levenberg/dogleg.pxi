@@ -6,11 +6,8 @@ Powell, "A hybrid method for nonlinear equations", 1970, with the scaling of var
 with a linearisation, so a rejected step costs no more than the cost of the trial state. Each
 connected component of the problem has a trust region of its own.
 
-Two other ways to the Gauss-Newton step can be chosen: the best step in the plane of the two
-(levenberg/subspace.pxi), and the straight line, which is Gauss-Newton with a line search: each
-linearisation begins with the full step, and each rejection halves it. Near an optimum with large
-residuals, where the Gauss-Newton step converges slowly, a secant step comes first
-(levenberg/secant.pxi).
+Near an optimum with large residuals, where the Gauss-Newton step converges slowly, a secant step
+comes first (levenberg/secant.pxi).
 """
 
 import numpy as np
@@ -29,8 +26,6 @@ cdef double GOOD = 0.75
 cdef double SHRINK_REJECTED = 0.25
 cdef double SHRINK_ACCEPTED = 0.5
 cdef double GROW = 2
-# By how much a step on a line shrinks.
-cdef double HALVE = 0.5
 # Length of a state, relative to the Gauss-Newton step, up to which it limits no first step; nor
 # does it where such a step would change the cost by less than so many times its rounding noise.
 cdef double NEGLIGIBLE = 1e-8
@@ -60,8 +55,6 @@ cdef class Dogleg:
 
     cdef void begin_component(self, Component* c) noexcept nogil:
         c.known = False
-        if self._path == LINE:
-            c.region.radius = 0
         c.region.regularisation = max(self.floor, 0.1 * c.region.regularisation)
 
     cdef void regularise(self, Component* c) noexcept nogil:
@@ -86,7 +79,7 @@ cdef class Dogleg:
                 # A first step no longer than the state is far: beyond, costs tend to be flat.
                 size = sqrt(c.energy)
                 c.region.radius = sqrt(sums.scaled)
-                if (self._path != LINE and size > NEGLIGIBLE * c.region.radius
+                if (size > NEGLIGIBLE * c.region.radius
                         and 2 * size * c.promise > VISIBLE * c.noise_floor * c.region.radius):
                     c.region.radius = min(c.region.radius, size)
         self._vectors.keep_newton()
@@ -160,14 +153,8 @@ cdef class Dogleg:
         region.length = sqrt(region.newton_length)
         c.whole = region.length <= region.radius
         if not c.whole:
-            if self._path == LINE:
-                across = region.radius / region.length
-            else:
-                self._descend()
-                if self._path != SUBSPACE or not best_in_plane(
-                    region, c.promise, c.added, &along, &across
-                ):
-                    self._take_path(c, &along, &across)
+            self._descend()
+            self._take_path(c, &along, &across)
             region.length = region.radius
         self._vectors.along[k], self._vectors.across[k] = along, across
         curvature = across * across * (c.promise - c.added)
@@ -218,14 +205,14 @@ cdef class Dogleg:
 
     cdef void adapt(self, Component* c, double gain) noexcept nogil:
         cdef Region* region = &c.region
-        c.paired = self._path != LINE and leaves_pair(c, gain)
+        c.paired = leaves_pair(c, gain)
         self._vectors.paired[c - self._components] = c.paired
         c.promise_before = c.promise
         self._pairs |= c.paired
         if c.secant and not c.accepted:
             return  # the Gauss-Newton step comes next, in the same region
         if not c.accepted:
-            region.radius = (HALVE if self._path == LINE else SHRINK_REJECTED) * region.length
+            region.radius = SHRINK_REJECTED * region.length
         elif gain > GOOD:
             region.radius = max(region.radius, GROW * region.length)
         elif not gain >= POOR:
@@ -233,19 +220,18 @@ cdef class Dogleg:
 
 
 cdef Dogleg dogleg_of(
-    Vectors vectors, Box box, double floor, int path, components, const int32_t* component
+    Vectors vectors, Box box, double floor, components, const int32_t* component
 ):
     """Trust regions of the components of `vectors`.
 
     Parameters
     ----------
-    path : DOGLEG, SUBSPACE or LINE
     components : array that holds a `Component` for each
     component : that of each scalar, or NULL: all are of one
     """
     cdef Dogleg found = Dogleg.__new__(Dogleg)
     cdef Py_ssize_t k
-    found._vectors, found._box, found.floor, found._path = vectors, box, floor, path
+    found._vectors, found._box, found.floor = vectors, box, floor
     found._components = <Component*>writable(components, np.float64)
     found._count, found._component = vectors.components, component
     memory = np.zeros(2 * found._count)

@@ -15,10 +15,6 @@ cdef bint may_have_ended(const Component* c, const Settings* s) noexcept nogil
 # diagonal has fallen.
 cdef int by_last_factor(
     Component* c, const Settings* s, double promise, double curvature, double faded) noexcept nogil
-# The most that may be promised where `by_last_factor` saw no end, but a closer look may; else 0.
-cdef double closer_look(
-    const Component* c, const Settings* s, double promise, double curvature, double faded
-) noexcept nogil
 cdef int after_attempt(Component* c, const Settings* s) noexcept nogil
 # Decreases up to here are not noticeable.
 cdef double tolerance_of(const Component* c, const Settings* s, double cost) noexcept nogil

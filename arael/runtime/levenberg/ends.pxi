@@ -145,20 +145,6 @@ cdef int by_last_factor(
     return CONVERGED
 
 
-cdef double closer_look(
-    const Component* c, const Settings* s, double promise, double curvature, double faded
-) noexcept nogil:
-    """What may be promised at an end where the last factor promises more; 0: it shows no end.
-
-    Along its own step the present matrix has more curvature than the last one, and so promises less
-    than the factor: by conjugate gradients, at least ``promise^2 / curvature``.
-    """
-    cdef double most = min(tolerance_of(c, s, c.cost) - faded, FASTER * c.promise)
-    if not (promise > most and curvature > promise and most > 0):
-        return 0
-    return most if promise <= most * (curvature / promise) else 0
-
-
 cdef bint promise_is_noise(const Component* c) noexcept nogil:
     """Whether costs at states that hardly differ scatter by more than is promised.
 

@@ -5,9 +5,6 @@ cdef class LastFactor(Attempt):
     cdef bint _ending                     # whether components end with what was just done
     cdef bint _asking                     # whether a component asks the last factor for its end
     cdef bint _exact                      # whether the solver keeps a factor
-    cdef bint _alone                      # whether all is one component of one machine
-    cdef Closer _closer                   # made when it is first needed
 
     cdef void _ask_factor(self) noexcept nogil
-    cdef void _look_closer(self) noexcept nogil
     cdef void _correct(self) noexcept nogil

@@ -27,11 +27,7 @@ cdef class LastFactor(Attempt):
                     c, &self._settings, -self.vectors.sums[k].slope, self.dogleg.curvature[k],
                     self.vectors.sums[k].faded)
                 self._ending |= c.verdict != RUNNING
-        if self._alone and self._components[0].verdict == RUNNING:
-            self._look_closer()
         self._lap(SOLVE)
-        if self._status != RUNNING:
-            return
         for j in range(self.vectors.active_count):
             c = &self._components[self.vectors.active[j]]
             if c.asked and c.verdict == CONVERGED:
@@ -72,30 +68,3 @@ cdef class LastFactor(Attempt):
             self.current_cost = self._components[0].cost
         self._lap(COST)
         self._take_failure()
-
-    cdef void _look_closer(self) noexcept nogil:
-        """End where the last factor promises too much, and conjugate gradients show it."""
-        cdef Component* c = &self._components[0]
-        cdef double faded = self.vectors.sums[0].faded, promise = -self.vectors.sums[0].slope
-        cdef double most = closer_look(
-            c, &self._settings, promise, self.dogleg.curvature[0], faded)
-        if most == 0:
-            return
-        if self._closer is None:
-            with gil:
-                self._make_closer()
-            if self._status != RUNNING:
-                return
-        promise = self._closer.promise(self.vectors, self._box, self.solver, promise, most)
-        self._take_failure()
-        if promise >= 0 and self._status == RUNNING:
-            c.predicted_decrease, c.verdict = promise, CONVERGED
-            self._ending = True
-
-    def _make_closer(self):
-        try:
-            self._closer = Closer(self.vectors.n)
-        except KeyboardInterrupt:
-            self._status = ABORTED
-        except BaseException as error:
-            self._failure, self._status = error, ABORTED

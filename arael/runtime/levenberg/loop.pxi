@@ -53,8 +53,6 @@ cdef class Minimiser(LastFactor):
         self._settings = settings_of(
             config, evaluation.dtype, evaluation.guarded, watched, evaluation.size)
         self._exact = solver.plan.get("solver") != "schur_pcg"
-        # One component, whose matrix is here.
-        self._alone = partition is None and type(box) is Box
         self._separable = separable
         self._driver = config.damping if self._settings.damping == CUSTOM else None
         self._count = self._running = 1
@@ -102,7 +100,7 @@ cdef class Minimiser(LastFactor):
         self.damping = self._components[0].damping
         self._box.mark(self._component, &self._components[0].bounded, sizeof(Component))
         self.dogleg = dogleg_of(
-            self.vectors, self._box, s.lambda_floor, s.path, self._memory, self._component)
+            self.vectors, self._box, s.lambda_floor, self._memory, self._component)
 
     # --- from Python -------------------------------------------------------------------------
 

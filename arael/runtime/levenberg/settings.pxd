@@ -25,13 +25,6 @@ cdef enum:
     CUSTOM
 
 
-# Paths from the state to the Gauss-Newton step.
-cdef enum:
-    DOGLEG = 0
-    SUBSPACE
-    LINE
-
-
 ctypedef struct Settings:
     double abs_precision
     double rel_precision
@@ -50,7 +43,6 @@ ctypedef struct Settings:
     double min_diagonal
     double time_limit
     bint dogleg           # steps inside a trust region, or damped steps
-    int path              # of those inside a trust region
     int damping
     bint by_promise       # how the end is judged: by what is promised, or by small steps
     bint watched          # whether the watcher wants to see each step

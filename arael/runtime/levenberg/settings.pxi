@@ -48,7 +48,6 @@ cdef Settings settings_of(
     s.min_diagonal = config.min_diagonal
     s.time_limit = INFINITY if config.time_limit is None else config.time_limit
     s.dogleg = strategy != "damped"
-    s.path = {"subspace": SUBSPACE, "gauss_newton": LINE}.get(strategy, DOGLEG)
     s.damping = CUSTOM if callable(config.damping) else {
         "ladder": LADDER, "nielsen": NIELSEN, "gain": GAIN
     }[config.damping]

@@ -116,11 +116,10 @@ def test_what_stands_on_a_bound_has_no_variance(
         assert len(covariance.names(collection, row)) == len(expected)
 
 
-@pytest.mark.parametrize("settings", [{"strategy": "damped"}, {"strategy": "subspace"}])
-def test_other_strategies_are_the_same_loop(settings: dict[str, str]) -> None:
+def test_the_damped_strategy_is_the_same_loop() -> None:
     model = PROBLEMS["grid"]()
-    found = in_parts(model, 3, **settings)
-    assert_equal(found, model.solve(solver="sparse", **settings))
+    found = in_parts(model, 3, strategy="damped")
+    assert_equal(found, model.solve(solver="sparse", strategy="damped"))
 
 
 def test_one_part_has_no_boundary() -> None:
