@@ -24,6 +24,7 @@ from arael.analysis.scalars import scalar_names_within, tangent_units
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.displayed import Displayed
+from arael.display.measured import measured
 from arael.display.sheet import Sheet
 from arael.geometry import ellipsoid
 from arael.runtime.linear.compiled import SparseSolver
@@ -338,10 +339,11 @@ class Covariance(Displayed):
         count = len(self.names)
         head, rows = ["parameter", "standard error", "unit"], []
         if count <= MOST_SHOWN:
-            columns = [self.names, (f"{one:.3g}" for one in self.sigma()), self.units]
+            spread = [measured(None, sigma)[1] for sigma in self.sigma().tolist()]
+            columns = [self.names, spread, self.units]
             if 1 < count <= MOST_CORRELATED:
                 head += self.names
-                columns += [(f"{rho:.3f}" for rho in row) for row in self.correlation()]
+                columns += [[f"{rho:.3f}" for rho in row] for row in self.correlation()]
             rows = list(zip(*columns, strict=True))
         notes = [f"{name} is on {text}" for name, text in self.on_bound.items()]
         return Sheet(repr(self).strip("<>"), head, rows, notes)

@@ -28,6 +28,7 @@ from arael.analysis.report import Statistics, scalar_values
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
+from arael.display.measured import rounded
 
 Floats = NDArray[np.float64]
 
@@ -60,10 +61,9 @@ class Profile:
     increase: Floats = field(repr=False)
 
     def __str__(self) -> str:
-        return (
-            f"{self.name} = {self.value:.6g} in [{self.low:.6g}, {self.high:.6g}] "
-            f"at {100 * self.level:g} %"
-        )
+        spread = min(self.high - self.value, self.value - self.low) / 2
+        value, low, high = (rounded(one, spread) for one in (self.value, self.low, self.high))
+        return f"{self.name} = {value} in [{low}, {high}] at {100 * self.level:g} %"
 
 
 def profile(model: Any, name: str, level: float, scale: str) -> Profile:

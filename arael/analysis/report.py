@@ -16,6 +16,7 @@ from arael.analysis.diagnosis import diagnose
 from arael.analysis.scalars import tangent_units
 from arael.analysis.sigmas import MOST_SCALARS, sigmas
 from arael.display.displayed import Displayed
+from arael.display.measured import measured, rounded
 from arael.display.sheet import Sheet
 from arael.runtime.failures import SolveError
 from arael.runtime.problem import Problem
@@ -24,6 +25,8 @@ Floats = NDArray[np.float64]
 
 CORRELATED = 0.9
 """Least correlation that is listed."""
+_DIGITS = 8
+"""Digits of a value without a standard error."""
 _NEARLY_ONE = 0.999
 _PAIRS = 10
 _CHANCE = 1e-4
@@ -136,15 +139,15 @@ class Estimate:
     interval: tuple[float, float] | None = None
 
     def __str__(self) -> str:
-        spread = "" if self.sigma is None else f"+- {self.sigma:.3g}"
-        value = "" if self.value is None else f"{self.value:.8g}"
+        value, sigma = measured(self.value, self.sigma, _DIGITS)
+        spread = f"+- {sigma}" if sigma else ""
         percent = ""
         if self.sigma is not None and self.value and math.isfinite(self.sigma):
             share = 100 * self.sigma / abs(self.value)
             percent = f"({share:.3g} %)" if share < 1000 else ""
         parts = [value, spread, self.unit, percent]
         if self.interval is not None:
-            parts.append(f"[{self.interval[0]:.6g}, {self.interval[1]:.6g}]")
+            parts.append(f"[{', '.join(rounded(end, self.sigma) for end in self.interval)}]")
         parts.append(f"({self.note})" if self.note else "")
         return " ".join(part for part in parts if part)
 
@@ -214,13 +217,7 @@ class Report(Displayed):
 
     def _sheet(self) -> Sheet:
         rows = [
-            (
-                one.name,
-                "" if one.value is None else f"{one.value:.8g}",
-                "" if one.sigma is None else f"{one.sigma:.3g}",
-                one.unit,
-                one.note,
-            )
+            (one.name, *measured(one.value, one.sigma, _DIGITS), one.unit, one.note)
             for one in self.parameters[:_SHOWN]
         ]
         more = len(self.parameters) - _SHOWN

@@ -377,7 +377,8 @@ def _reach(columns: list[_Column], stored: list[NDArray[Any]], diagonal: Floats)
         sigma = np.where(felt, 1 / np.sqrt(np.where(felt, diagonal[at], 1.0)), 0.0)
         most = _SHORT
         if column.use.kind in ("vec", "real") and felt.any():
-            size = float(np.sqrt(np.square(_values(column, stored, rows)).mean()))
+            with np.errstate(over="ignore"):
+                size = float(np.sqrt(np.square(_values(column, stored, rows)).mean()))
             most = max(_SHORT * size, float(np.median(sigma[felt])))
         found[at] = np.minimum(most, sigma)
     return found
@@ -407,7 +408,8 @@ def _echelon(rows: Floats, size: Floats) -> Floats:
     """Reduced row echelon form; entries below `_CLEAR` of their row, in units of `size`, are 0."""
     rows = np.array(rows)
     scale = np.where(size > 0, size, 0.0)
-    norms = np.linalg.norm(rows * scale, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        norms = np.linalg.norm(rows * scale, axis=1)
     rows = rows[norms > 0] / norms[norms > 0, None]
     done = 0
     for k in range(rows.shape[1]):

@@ -12,6 +12,7 @@ import click
 from arael.cli.exits import Exit
 from arael.cli.options import json_option
 from arael.cli.summary import plain
+from arael.display.measured import measured
 from arael.io.plain_numbers import real
 
 if TYPE_CHECKING:
@@ -262,14 +263,14 @@ def _show(found: Fit) -> None:
     of, scatter = found.estimates.statistics, not found.known
     width = max(map(len, found.names))
     for k, (name, value) in enumerate(found.parameters.items()):
-        spread = "unknown" if math.isnan(found.sigma[name]) else f"{found.sigma[name]:.2g}"
+        sigma = found.sigma[name]
         if not found.curve.free[k]:
             text = "(fixed)"
         elif name in found.on_bound:
             text = f"(on {found.on_bound[name]})"
         else:
-            text = f"+- {spread}"
-        click.echo(f"{name:<{width}} = {value:.6g} {text}")
+            text = "+- unknown" if math.isnan(sigma) else f"+- {measured(value, sigma)[1]}"
+        click.echo(f"{name:<{width}} = {measured(value, sigma)[0]} {text}")
     unit = "" if scatter else " sigmas"
     texts = [
         f"{_status(found)} after {found.result.iterations} iterations",
@@ -281,5 +282,7 @@ def _show(found: Fit) -> None:
     elif scatter:
         texts.append("as many parameters as points: sigma cannot be estimated")
     click.echo(", ".join(texts))
+    for sentence in found.estimates.flat:
+        click.echo(sentence)
     if found.formula.predicts is None:
         click.echo("the formula was minimised as a residual: it predicts no column")

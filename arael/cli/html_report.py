@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from arael.display.measured import measured
 from arael.io.files import shown, write_whole
 from arael.plot.history import history_figure
 from arael.plot.problem import links, map_figure, point_columns
@@ -50,10 +51,7 @@ def write_report(
     text = page.render(
         title=f"{shown(model)} on {shown(data)}",
         result=result,
-        scalars=[
-            (s.name, _number(s.value, 6), _number(s.sigma, 2), s.unit, s.note)
-            for s in solution.scalars
-        ],
+        scalars=[(s.name, *measured(s.value, s.sigma), s.unit, s.note) for s in solution.scalars],
         scalar_head=_SCALARS,
         notes=solution.notes,
         tables=list(_tables(instance, result, solution)),
@@ -67,7 +65,7 @@ def _tables(
 ) -> Iterator[tuple[str, Sequence[str], Sequence[Sequence[object]]]]:
     """Title, head and rows of each table after that of the solution."""
     for rows in solution.shown:
-        values = [(name, *(_number(v, 6) for v in row)) for name, row in rows.rows]
+        values = [(name, *(_number(v) for v in row)) for name, row in rows.rows]
         yield rows.asked, ("", *rows.head), values
     passes = [
         (p.name, p.status, f"{p.start_cost:.6g}", f"{p.end_cost:.6g}", p.iterations,
@@ -82,10 +80,10 @@ def _tables(
     yield "Time", ("phase", "seconds"), phases
 
 
-def _number(value: object, digits: int) -> str:
+def _number(value: object) -> str:
     if value is None:
         return ""
-    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _figures(instance: Any, layout: Layout, result: Result) -> Iterable[tuple[str, Figure]]:

@@ -13,6 +13,7 @@ from arael.analysis.scalars import tangent_units
 from arael.cli.summary import plain
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.diagnostics.suggest import closest
+from arael.display.measured import measured
 from arael.io.columns import scalar_names
 from arael.runtime.layout import Column, Entity, Layout
 from arael.runtime.system import free_scalars
@@ -41,8 +42,8 @@ class Scalar:
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
-        spread = "" if self.sigma is None else f"+- {self.sigma:.2g}"
-        value = "" if self.value is None else f"{self.value:.6g}"
+        value, sigma = measured(self.value, self.sigma)
+        spread = f"+- {sigma}" if sigma else ""
         note = f"  ({self.note})" if self.note else ""
         return f"{' '.join(t for t in (value, spread) if t)}{unit}{note}"
 

@@ -16,6 +16,7 @@ from arael.fitting.formula import Formula, measured_column, read_formula
 from arael.fitting.messages import check_parameter, mistake
 from arael.fitting.polish import polished
 from arael.fitting.result import Fit
+from arael.fitting.scales import exponents, magnitude
 from arael.fitting.starts import find_start
 from arael.fitting.table import Table, table_of
 
@@ -113,7 +114,9 @@ def fit(
         found,
         curve,
         result,
-        estimates(curve, best, moves, scatter=not known, robust=loss is not None),
+        estimates(
+            curve, best, moves, _sizes(curve, found), scatter=not known, robust=loss is not None
+        ),
         known=known,
         values=best,
         starts=dict(zip(curve.names, values.tolist(), strict=True)),
@@ -170,6 +173,14 @@ def _start(curve: Curve, formula: Formula) -> Array:
             [np.clip(p.start, p.low, p.high) for p in curve.parameters if p.start is not None]
         )
     return find_start(curve, formula.text, formula.predicts)
+
+
+def _sizes(curve: Curve, formula: Formula) -> Array:
+    """(p,) magnitudes of the parameters by the units that formula and data give them."""
+    columns = curve.points.columns
+    units = exponents(formula.text, formula.predicts, formula.parameters, tuple(columns))
+    size = [magnitude(unit, columns) for unit in units]
+    return np.array([size[formula.parameters.index(p.name)] for p in curve.parameters])
 
 
 def _points(table: Table, formula: Formula, sigma: Any, group: str | None) -> tuple[Points, int]:

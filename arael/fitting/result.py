@@ -287,7 +287,10 @@ class Fit(Displayed):
             pairs,
             self.estimates.statistics,
             self.r_squared,
-            tuple(suspicions(self.estimates.statistics, pairs, self.on_bound)),
+            (
+                *self.estimates.flat,
+                *suspicions(self.estimates.statistics, pairs, self.on_bound),
+            ),
             tuple(notes),
         )
 

@@ -132,6 +132,16 @@ def _number(node: tree.Expr) -> float | None:
     return None
 
 
+def magnitude(unit: Array, columns: Mapping[str, Array]) -> float:
+    """The unit's powers of the columns' largest magnitudes."""
+    scale = 1.0
+    for exponent, column in zip(unit, columns.values(), strict=True):
+        largest = float(np.abs(column).max(initial=0.0))
+        if exponent and largest > 0:
+            scale *= largest**exponent
+    return scale
+
+
 def quantiles(
     unit: Array, columns: Mapping[str, Array], low: float, high: float
 ) -> Callable[[Array], Array]:
@@ -147,11 +157,7 @@ def quantiles(
     columns : the data
     low, high : bounds of the parameter
     """
-    scale = 1.0
-    for exponent, column in zip(unit, columns.values(), strict=True):
-        largest = float(np.abs(column).max(initial=0.0))
-        if exponent and largest > 0:
-            scale *= largest**exponent
+    scale = magnitude(unit, columns)
     place = [
         column for exponent, column in zip(unit, columns.values(), strict=True) if exponent == 1.0
     ]

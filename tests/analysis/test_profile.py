@@ -82,7 +82,7 @@ def test_a_linear_model_has_the_symmetric_interval(load: Load) -> None:
     found = model.profile("pair.y", level=0.95)
     z = stats.norm.ppf(0.975)
     assert (found.low, found.high) == pytest.approx((2 - z, 2 + z))
-    assert str(found).startswith("pair.y = 2 in [0.04003")
+    assert str(found) == "pair.y = 2.00 in [0.04, 3.96] at 95 %"
 
 
 def test_the_model_keeps_its_values_and_its_residuals(load: Load) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -320,3 +321,34 @@ def test_rows_left_out_are_noted(arael: Arael, tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     path.write_text("x,y\n1,3\n2,nan\n3,7\n4,9\n")
     assert "note: 1 points without a value are left out" in arael("fit", "y = a*x + b", path).err
+
+
+def test_digits_follow_the_uncertainty(arael: Arael, tmp_path: Path) -> None:
+    t = np.linspace(-1, 1, 41)
+    y = 3 * np.exp(-0.5 * ((t - 0.2) / 0.4) ** 2)
+    y += 0.05 * np.random.default_rng(5).normal(size=41)
+    path = tmp_path / "peak.csv"
+    rows = [f"{1700011 + a!r},{b!r}\n" for a, b in zip(t.tolist(), y.tolist(), strict=True)]
+    path.write_text("x,y\n" + "".join(rows))
+    command = ("fit", "a * exp(-0.5 * ((x - m) / s)^2)", path, "--start", "m=1700011")
+    value, sigma = arael(*command, "--json").json["parameters"]["m"].values()
+    assert 1e-3 < sigma < 1e-2 and abs(value - 1700011.2) < 4 * sigma
+    line = next(one for one in arael(*command).out.splitlines() if one.startswith("m = "))
+    assert line == f"m = {value:.4f} +- {sigma:.4f}"
+    interval = re.search(r"m = [^\[]*\[(.*), (.*)\]", arael(*command, "--intervals").out)
+    assert interval is not None
+    assert float(interval[2]) - float(interval[1]) == pytest.approx(4 * sigma, rel=0.1)
+
+
+def test_a_flat_direction_is_named_with_what_is_determined(arael: Arael, tmp_path: Path) -> None:
+    path = tmp_path / "step.csv"
+    y = [0.0, 0.1, -0.1, 0.0, 0.7, 1.1, 0.9, 1.0, 1.0]
+    path.write_text("x,y\n" + "".join(f"{k},{one}\n" for k, one in enumerate(y)))
+    done = arael("fit", "b / (1 + exp(-(c + d * x)))", path)
+    assert done.code == 0
+    sentence = done.out.splitlines()[-1]
+    assert sentence.startswith("`c` and `d` are not determined, only -c/d = ")
+    value, sigma = map(float, sentence.rpartition("= ")[2].split(" +- "))
+    # c + 4 d is the logit of 0.7, so that -c/d is below 4 by its share of d
+    assert 3.9 < value < 4 and 0 < sigma < 0.1
+    assert sentence in arael("fit", "b / (1 + exp(-(c + d * x)))", path, "--json").json["findings"]

@@ -63,9 +63,9 @@ def test_root_parameters_with_standard_deviations(arael: Arael, line: Path) -> N
     assert found["parameters"]["a"]["value"] == pytest.approx(2)
     assert [p["sigma"] for p in found["parameters"].values()] == pytest.approx(sigma)
     text = arael("solve", "line.arael", "line.json", "--report", "r.html").out.splitlines()
-    assert "a = 2 +- 0.71" in text and "b = 1 +- 0.91" in text
+    assert "a = 2.00 +- 0.71" in text and "b = 1.00 +- 0.91" in text
     page = (line / "r.html").read_text()
-    assert "<td>a</td><td>2</td><td>0.71</td>" in page
+    assert "<td>a</td><td>2.00</td><td>0.71</td>" in page
 
 
 def test_every_kind_of_parameter(arael: Arael, graph: Path) -> None:

@@ -263,7 +263,7 @@ def test_reports_covariances_and_fits_are_tables() -> None:
     cells = Cells(line.report()._repr_html_())
     assert cells.rows[0] == ["parameter", "value", "standard error", "unit", ""]
     assert [row[0] for row in cells.rows[1:]] == ["a", "b"]
-    assert cells.rows[1][1:4] == [f"{line.a.value:.8g}", f"{line.covariance().sigma()[0]:.3g}", "m"]
+    assert cells.rows[1][1:4] == [f"{line.a.value:.2f}", f"{line.covariance().sigma()[0]:.2f}", "m"]
     page = line.covariance()._repr_html_()
     cells = Cells(page)
     assert cells.rows[0] == ["parameter", "standard error", "unit", "a", "b"]

@@ -12,6 +12,7 @@ from scipy.optimize import curve_fit, least_squares
 
 import arael
 from arael.diagnostics.records import AraelError
+from arael.display.measured import measured
 
 FORMULA = "y = a * exp(-b * x) + c"
 X = np.linspace(0, 5, 40)
@@ -340,3 +341,51 @@ def test_too_few_points_are_reported_with_their_group() -> None:
     with pytest.raises(AraelError, match="the data have 1 point for 2 parameters: a, b"):
         arael.fit("y = a * x + b", {"x": [1], "y": [1]})
     arael.fit("y = a * x + b", {"x": [1], "y": [1]}, fixed={"a": 2})
+
+
+@pytest.mark.parametrize(
+    ("formula", "sentence", "same"),
+    [
+        ("a * b * x + c", "`a` and `b` are not determined, only a*b = {} +- {}", "a"),
+        ("a * b^2 * x + c", "`a` and `b` are not determined, only a*b^2 = {} +- {}", "a"),
+        ("a / b * x + c", "`a` and `b` are not determined, only a/b = {} +- {}", "a"),
+        ("a * b * d * x + c", "`a`, `b` and `d` are not determined, only a*b*d = {} +- {}", "a"),
+        ("a * x + (b + c)", "`b` and `c` are not determined, only b + c = {} +- {}", "c"),
+        ("a * x + b - 4 * c", "`b` and `c` are not determined, only b - 4 c = {} +- {}", "c"),
+    ],
+)
+def test_what_is_determined_in_place_of_parameters(formula: str, sentence: str, same: str) -> None:
+    x = np.linspace(1, 5, 30)
+    y = 2 * x + 1 + np.random.default_rng(3).normal(0, 0.05, 30)
+    with pytest.raises(arael.SolveError, match="E1008") as caught:
+        arael.fit("y = " + formula, {"x": x, "y": y}, sigma=0.05)
+    line = arael.fit("y = a * x + c", {"x": x, "y": y}, sigma=0.05)
+    texts = measured(line.parameters[same], line.sigma[same])
+    assert sentence.format(*texts) in str(caught.value)
+
+
+def test_parameters_that_change_together_otherwise() -> None:
+    x = np.linspace(1, 5, 30)
+    data = {"x": x, "y": np.exp(-x) + 0.01 * np.cos(9 * x)}
+    for start, sentence in (
+        (1.0, "`b` and `c` are not determined: they can change together"),
+        (75.0, "`b` is not determined: others make up for it"),
+    ):
+        with pytest.raises(arael.SolveError, match="E1008") as caught:
+            arael.fit("y = c * exp(b - a * x)", data, start={"b": start})
+        assert sentence in str(caught.value)
+
+
+def test_a_parameter_on_which_the_curve_hardly_depends() -> None:
+    x = np.linspace(1, 5, 30)
+    y = 2 * x + 0.01 * np.cos(9 * x)
+    with pytest.raises(arael.SolveError, match="E1008") as caught:
+        arael.fit("y = a * x + exp(-b * x)", {"x": x, "y": y}, start={"a": 2.0, "b": 300.0})
+    assert "`b` is not determined: the curve hardly depends on it" in str(caught.value)
+
+
+def test_values_far_below_their_standard_errors_are_determined() -> None:
+    x = np.linspace(-1, 1, 20)
+    found = arael.fit("y = a + b * x", {"x": x, "y": np.tile([0.1, -0.1, -0.1, 0.1], 5)})
+    assert abs(found.parameters["a"]) < 1e-6 * found.sigma["a"]
+    assert found.estimates.flat == ()
