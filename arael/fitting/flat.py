@@ -9,7 +9,8 @@ they are where the parameters change by as much as their values and the combinat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,12 +57,12 @@ def flat_directions(
     from scipy.sparse.csgraph import connected_components
 
     # a rise of the cost that is within the scatter, or within rounding of a curve without any
-    rise = float(np.nan_to_num(deviation)) ** 2 + (1e-8 * strength[0]) ** 2
+    rise = float(np.nan_to_num(deviation)) ** 2 + (1e-8 * float(np.linalg.norm(matrix * x))) ** 2
     most = cost(x) + rise
     directions = rows[flat].T * weight[:, None]
     share = np.abs(rows[flat].T @ rows[flat])
     count, label = connected_components(share > _PART, directed=False)
-    groups = (np.flatnonzero(label == k) for k in range(count))
+    groups: Iterator[NDArray[Any]] = (np.flatnonzero(label == k) for k in range(count))
     # standard errors of what is determined: the inverse without the flat directions
     inverse = weight[:, None] * rows[~flat].T * (deviation / strength[~flat])
     found = []
@@ -70,7 +71,7 @@ def flat_directions(
         if not along.any():
             continue
 
-        def same(values: Array, group: NDArray[np.int32] = group) -> bool:
+        def same(values: Array, group: NDArray[Any] = group) -> bool:
             """Whether the curve stays as it is with these values of the group."""
             moved = np.repeat(x[:, None], values.shape[1], axis=1)
             moved[group] = values
