@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -120,21 +121,50 @@ def _replace(session: Session, document: Document) -> None:
 @command(
     "export",
     group="file",
-    usage=["export drawing.dxf"],
+    usage=[
+        "export drawing.dxf",
+        'export drawing.pdf [A4|A3|A2|A1] [title "Bracket"] [date 2026-01-31]',
+    ],
     summary="Write the drawing as DXF, SVG, PDF, PNG, STEP or JSON, by the file's ending.",
-    details="As JSON it is all of the sketch, as `save` writes it.",
-    arguments=("path",),
+    details="""
+As JSON it is all of the sketch, as `save` writes it. A PDF or PNG has neither badges nor points. On
+a sheet it is at the largest standard scale that fits, with a frame and a title block of title (by
+default the file's name), unit, scale and date.
+""",
+    arguments=("path", "*words"),
 )
 def export(session: Session, words: Words) -> Reply:
     """Write the drawing."""
     path, token = path_of(session, words, *EXPORTS, ".json")
+    given = _sheet(words) if path.suffix.lower() in (".pdf", ".png") else {}
     words.end()
-    write = save if path.suffix.lower() == ".json" else _exchange(token).write
     try:
-        write(session.document, path)
+        if path.suffix.lower() == ".json":
+            save(session.document, path)
+        else:
+            _exchange(token).write(session.document, path, **given)
     except OSError as error:
         _unreadable(error, token, "written")
     return Reply(f"Exported {token.text}", remembered=False, data={"path": token.text})
+
+
+def _sheet(words: Words) -> dict[str, str]:
+    """Size of the sheet, and what its title block says."""
+    given: dict[str, str] = {}
+    if not words:
+        return given
+    # imported here: start-up time
+    from arael.sketch.exchange.sheet import SHEETS
+
+    given["sheet"] = words.choice("the size of a sheet", *SHEETS, *map(str.lower, SHEETS)).upper()
+    while words:
+        token = words.peek()
+        word = words.choice("`title` or `date`", "title", "date")
+        if word in given:
+            assert token is not None
+            fail("E1267", f"`{word}` is given twice", token.span)
+        given[word] = words.next(f"the {word} of the drawing").text
+    return given
 
 
 @command(
@@ -161,12 +191,13 @@ def import_(session: Session, words: Words) -> Reply:
     names = take_over(session, document)
     entities = [names[name] for name in document.entities]
     lines = [f"Imported {token.text}: {listed(entities, 12) or 'nothing'}"]
-    lines += [f"  {note}" for note in getattr(found, "notes", ())]
+    lines += [f"  note: {note}" for note in getattr(found, "notes", ())]
     suggestions = [] if isinstance(found, Document) else list(found.suggestions)
     if suggestions:
-        lines.append(f"  found {len(suggestions)} relations, which are not applied:")
+        kinds = Counter(one.kind for one in suggestions)
+        counts = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
+        lines.append(f"  found relations, which are not applied: {counts}")
         lines += [f"    {suggested(one, names)}" for one in suggestions[:50]]
-    lines += [f"  note: {note}" for note in getattr(found, "notes", ())]
     data = {"entities": entities, "suggestions": [suggested(one, names) for one in suggestions]}
     return Reply("\n".join(lines), tuple(entities), data=data)
 

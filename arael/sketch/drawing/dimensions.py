@@ -41,6 +41,7 @@ class Pen:
     view : scale and origin
     center : of the drawing, in the sketch: dimension lines are put on the side away from it
     places : rectangles that are taken
+    formulas : whether values that follow an expression are marked
     """
 
     def __init__(
@@ -50,13 +51,14 @@ class Pen:
         view: View,
         center: Point,
         places: Places,
+        formulas: bool = True,
     ) -> None:
         self.document, self.curves, self.view = document, curves, view
-        self.center, self.places = center, places
+        self.center, self.places, self.formulas = center, places, formulas
 
     def draw(self, dimension: Dimension, role: str, measured: float | None) -> Iterator[Item]:
         """Items of one dimension."""
-        text = dimension_text(dimension, self.document.unit, measured)
+        text = dimension_text(dimension, self.document.unit, measured, self.formulas)
         shape = _SHAPES.get(dimension.kind)
         if shape is not None:
             yield from shape(self, dimension, role, text)
@@ -111,12 +113,23 @@ class Pen:
 
         spots = {text_at(level, slide): level for slide in slides for level in levels[:4]}
         spots |= {text_at(level, slide): level for slide in slides for level in levels[4:]}
-        place = self.places.first_free(spots, w, h)
+
+        def line_at(place: Point) -> tuple[Point, Point]:
+            level = spots[place]
+            first, last = (
+                self.view((e * heading[0] + level * n[0], e * heading[1] + level * n[1]))
+                for e in (s, t)
+            )
+            return first, last
+
+        place = self.places.first_free(spots, w, h, line_at)
         level = spots[place]
         p = s * heading[0] + level * n[0], s * heading[1] + level * n[1]
         q = t * heading[0] + level * n[0], t * heading[1] + level * n[1]
         for foot, end in ((a, p), (b, q)):
             yield from self._extension(role, foot, end, d.name)
+            self.places.take_line(self.view(foot), self.view(end))
+        self.places.take_line(self.view(p), self.view(q))
         yield from self._arrowed(role, self.view(p), self.view(q), d)
         yield self.text(role, place, text, upright, d.name)
 

@@ -145,11 +145,11 @@ def _around(anchor: Anchor, view: View) -> Iterator[Point]:
     x, y = view(point)
     nx, ny = normal[0], -normal[1]
     if nx == 0.0 and ny == 0.0:
-        for r in (15.0, 24.0, 34.0, 46.0):
+        for r in (16.0, 25.0, 35.0, 47.0, 60.0):  # as on the page
             for k in (1, 3, 5, 7, 0, 2, 4, 6):
                 yield x + r * cos(k * pi / 4), y - r * sin(k * pi / 4)
         return
-    for level in (14.0, 32.0, 50.0):
+    for level in (14.0, 32.0, 50.0, 68.0):
         for slide in (0.0, 19.0, -19.0, 38.0, -38.0, 57.0, -57.0):
             for side in (1.0, -1.0):
                 yield x + side * level * nx + slide * ny, y + side * level * ny - slide * nx

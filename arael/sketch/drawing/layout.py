@@ -49,6 +49,7 @@ def layout(
     glyphs: bool = True,
     points: bool = True,
     scale_bar: bool = True,
+    formulas: bool = True,
     measure: Measure | None = None,
 ) -> Layout:
     """Primitives of a drawing of a sketch.
@@ -64,6 +65,8 @@ def layout(
         Scale and origin; by default everything is shown in `width` by `height` pixels.
     dimensions, glyphs, points, scale_bar
         What to draw besides the curves.
+    formulas
+        Whether ``ƒ`` marks dimensions that follow an expression.
     measure
         Current value of a derived dimension; by default the one that was last stored.
     """
@@ -84,7 +87,7 @@ def layout(
     for mark in marks:
         places.take(*mark[0], 4.0, 4.0)
     if dimensions:
-        pen = Pen(document, curves, view, center, places)
+        pen = Pen(document, curves, view, center, places, formulas)
         for dimension in document.dimensions.values():
             role = given.get(dimension.name, "")
             if role in ("", "free", "defined"):

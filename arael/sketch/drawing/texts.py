@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -13,6 +14,11 @@ PREFIXES: Mapping[str, str] = MappingProxyType(
      "area": "A ", "hdistance": "", "vdistance": ""}
 )  # fmt: skip
 
+_LITERAL = re.compile(
+    r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*(um|mm|cm|m|in|ft|deg|rad|°)?", re.IGNORECASE
+)
+"""A number with an optional unit; anything else is an expression."""
+
 
 def number_text(number: float) -> str:
     """Up to six digits, without trailing zeros; a true minus sign."""
@@ -20,12 +26,15 @@ def number_text(number: float) -> str:
     return "0" if float(text) == 0.0 else text.replace("-", "−")
 
 
-def dimension_text(dimension: Dimension, unit: str, measured: float | None = None) -> str:
+def dimension_text(
+    dimension: Dimension, unit: str, measured: float | None = None, formulas: bool = True
+) -> str:
     """What a drawing shows: value or range, ``⌀`` and ``°``; derived ones in parentheses.
 
     Parameters
     ----------
     measured : value to show for a derived dimension
+    formulas : whether ``ƒ`` marks a value that follows an expression, as in the editor
     """
     quantity = DIMENSIONS[dimension.kind].quantity
     suffix = {"angle": "°", "area": f" {unit}²"}.get(quantity, "")
@@ -38,7 +47,7 @@ def dimension_text(dimension: Dimension, unit: str, measured: float | None = Non
         if dimension.derived and measured is not None:
             number = measured
         body = f"{number_text(number)}{suffix}"
-        if not dimension.derived and not _is_literal(dimension.value.text):
+        if formulas and not (dimension.derived or _LITERAL.fullmatch(dimension.value.text.strip())):
             body = f"ƒ {body}"
     elif dimension.low is not None and dimension.high is not None:
         body = f"{shown(dimension.low)} … {shown(dimension.high)}"
@@ -54,13 +63,3 @@ def dimension_text(dimension: Dimension, unit: str, measured: float | None = Non
     if dimension.broken:
         text = f"{text} ⚠"
     return f"({text})" if dimension.derived else text
-
-
-def _is_literal(text: str) -> bool:
-    """Whether an expression is a number with an optional unit."""
-    first = text.strip().split(" ")[0].rstrip("°") if text.strip() else "0"
-    try:
-        float(first.rstrip("mcinder") or "x")
-    except ValueError:
-        return False
-    return True

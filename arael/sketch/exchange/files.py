@@ -14,18 +14,29 @@ from arael.sketch.document.saved import from_json, to_json
 from arael.sketch.drawing import Theme
 from arael.sketch.exchange.imported import Imported
 from arael.sketch.exchange.problems import MAX_BYTES
+from arael.sketch.exchange.sheet import Sheet, to_sheet
 
 StrPath = str | os.PathLike[str]
 
 WRITERS = (".dxf", ".svg", ".pdf", ".png", ".step", ".stp", ".json")
+PICTURES = (".pdf", ".png")
 READERS = (".dxf", ".svg", ".json")
 
 
-def write(document: Document, path: StrPath, *, theme: Theme = "light") -> None:
+def write(
+    document: Document,
+    path: StrPath,
+    *,
+    theme: Theme = "light",
+    sheet: Sheet | None = None,
+    title: str = "",
+    date: str = "",
+) -> None:
     """Write a sketch, whole or not at all, in the format of the suffix.
 
     ``.dxf`` keeps everything: it is read back as the same sketch. ``.svg`` is the geometry to scale
-    in millimetres, ``.pdf`` the drawing with dimensions at full size, ``.png`` a picture of it,
+    in millimetres, ``.pdf`` the drawing with dimensions, at full size or on a sheet, ``.png`` a
+    picture of it,
     ``.step`` faces of closed chains and wires of others, ``.json`` the document.
 
     Parameters
@@ -36,6 +47,10 @@ def write(document: Document, path: StrPath, *, theme: Theme = "light") -> None:
         Name of the file; an existing one is replaced.
     theme
         ``light`` or ``dark``, of PDF and PNG.
+    sheet
+        ``A4`` to ``A1``, of PDF and PNG: at a scale of ISO 5455, with a frame and a title block.
+    title, date
+        In the title block; by default the file's name without suffix, and no date.
 
     Raises
     ------
@@ -44,11 +59,17 @@ def write(document: Document, path: StrPath, *, theme: Theme = "light") -> None:
     OSError
         If the file cannot be written.
     """
-    data = _content(document, _suffix(path, WRITERS, "written"), theme)
+    suffix = _suffix(path, WRITERS, "written")
+    if suffix in PICTURES:
+        kind = cast("Literal['png', 'pdf']", suffix[1:])
+        name = title or Path(path).stem
+        data = to_sheet(document, kind, theme, sheet=sheet, title=name, date=date)
+    else:
+        data = _content(document, suffix)
     write_whole(path, lambda file: file.write(data))
 
 
-def _content(document: Document, suffix: str, theme: Theme) -> bytes:
+def _content(document: Document, suffix: str) -> bytes:
     if suffix == ".json":
         return to_json(document)
     if suffix == ".svg":
@@ -61,15 +82,10 @@ def _content(document: Document, suffix: str, theme: Theme) -> bytes:
         from arael.sketch.exchange.dxf.writer import to_dxf
 
         return to_dxf(document)
-    if suffix in (".step", ".stp"):
-        # imported here: start-up time
-        from arael.sketch.exchange.step import to_step
-
-        return to_step(document)
     # imported here: start-up time
-    from arael.sketch.exchange.sheet import to_sheet
+    from arael.sketch.exchange.step import to_step
 
-    return to_sheet(document, cast("Literal['png', 'pdf']", suffix[1:]), theme)
+    return to_step(document)
 
 
 def read(path: StrPath, *, tolerance: float | None = None) -> Document | Imported:

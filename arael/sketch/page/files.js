@@ -70,10 +70,16 @@ export class Files {
    */
   _suggest(commands) {
     const { app } = this;
-    const boxes = commands.map((text) => h("input", { type: "checkbox", checked: true, value: text }));
+    /** @type {Map<string, HTMLInputElement[]>} */
+    const kinds = new Map();
+    for (const text of commands) {
+      const kind = text.split(" ")[0];
+      if (!kinds.has(kind)) kinds.set(kind, []);
+      kinds.get(kind)?.push(/** @type {HTMLInputElement} */ (h("input", { type: "checkbox", checked: true, value: text })));
+    }
     const dialog = h("dialog", { class: "dialog", "aria-label": "relations that were found" });
     const accept = async () => {
-      const chosen = boxes.filter((box) => box.checked).map((box) => box.value);
+      const chosen = [...kinds.values()].flat().filter((box) => box.checked).map((box) => box.value);
       dialog.close();
       if (!chosen.length) return;
       const [first, ...extras] = chosen;
@@ -83,11 +89,7 @@ export class Files {
       dialog,
       h("h2", {}, `${commands.length} relations were found in the drawing`),
       h("p", { class: "hint" }, "Those that are marked become constraints."),
-      h(
-        "ul",
-        { class: "suggestions" },
-        ...boxes.map((box, i) => h("li", {}, h("label", {}, box, h("span", {}, ...mentioning(app.store, commands[i]))))),
-      ),
+      h("ul", { class: "suggestions" }, ...[...kinds].map(([kind, boxes]) => this._kind(kind, boxes))),
       h(
         "div",
         { class: "dialog-buttons" },
@@ -100,11 +102,40 @@ export class Files {
     dialog.showModal();
   }
 
-  /** @param {string} format */
-  async export(format) {
+  /**
+   * Relations of one kind: one box for all of them, and one for each when it is opened.
+   * @param {string} kind
+   * @param {HTMLInputElement[]} boxes
+   */
+  _kind(kind, boxes) {
+    const all = /** @type {HTMLInputElement} */ (h("input", { type: "checkbox", checked: true, "aria-label": `all ${kind}` }));
+    all.addEventListener("change", () => {
+      for (const box of boxes) box.checked = all.checked;
+    });
+    const count = () => {
+      const marked = boxes.filter((box) => box.checked).length;
+      all.checked = marked === boxes.length;
+      all.indeterminate = marked > 0 && marked < boxes.length;
+    };
+    for (const box of boxes) box.addEventListener("change", count);
+    const one = (/** @type {HTMLInputElement} */ box) =>
+      h("li", {}, h("label", {}, box, h("span", {}, ...mentioning(this.app.store, box.value))));
+    return h(
+      "li",
+      {},
+      h("details", {}, h("summary", {}, all, ` ${boxes.length} ${kind.replaceAll("_", " ")}`), h("ul", {}, ...boxes.map(one))),
+    );
+  }
+
+  /**
+   * @param {string} format
+   * @param {string} [sheet] size of the paper, of PDF
+   */
+  async export(format, sheet = "") {
     const { app } = this;
     const name = (app.store.file || "sketch").replace(/\.[^.]*$/, "");
-    const reply = await app.wire.file({ do: "export", format, name });
+    const date = new Date().toLocaleDateString("sv"); // 2026-01-31
+    const reply = await app.wire.file({ do: "export", format, name, ...(sheet ? { sheet, date } : {}) });
     const file = /** @type {{file?: {name: string, data: string}}} */ (/** @type {unknown} */ (reply)).file;
     if (!reply.ok || !file) {
       app.notes?.refused(reply, "");

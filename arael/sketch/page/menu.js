@@ -1,6 +1,6 @@
 /** Menus of the top bar, made from the table of actions. */
 
-import { FORMATS } from "./actions/filing.js";
+import { FORMATS, SHEETS } from "./actions/filing.js";
 import { LAYERS } from "./actions/viewing.js";
 import { fill, h, roving } from "./dom.js";
 import { icon } from "./icons.js";
@@ -43,6 +43,8 @@ const MENUS = {
     action(app, "import"),
     null,
     ...FORMATS.map(({ id }) => action(app, `export_${id}`)),
+    null,
+    ...SHEETS.map((sheet) => action(app, `export_${sheet.toLowerCase()}`)),
   ],
   Edit: (app) => [
     action(app, "undo"),

@@ -43,7 +43,7 @@ def done(shared: SharedSketch, window: Window, what: str, message: Message) -> M
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"sketch{ending}"
         if what == "export":
-            return _export(shared, path, f"{Path(name).stem or 'sketch'}{ending}")
+            return _export(shared, path, f"{Path(name).stem or 'sketch'}{ending}", message)
         path.write_bytes(_bytes(message))
         return _import(shared, window, path, name)
 
@@ -70,11 +70,16 @@ def _bytes(message: Message) -> bytes:
         raise AraelError(Diagnostic("E1401", "message `file`: expected base64 as `data`")) from None
 
 
-def _export(shared: SharedSketch, path: Path, name: str) -> Message:
+def _export(shared: SharedSketch, path: Path, name: str, message: Message) -> Message:
     # imported here: start-up time
     from arael.sketch.exchange.files import write
+    from arael.sketch.exchange.sheet import SHEETS
 
-    write(shared.session.document, path)
+    sheet, date = message.get("sheet"), str(message.get("date") or "")[:40]
+    if sheet is not None and sheet not in SHEETS:
+        expected = f"expected one of {', '.join(SHEETS)} as `sheet`"
+        raise AraelError(Diagnostic("E1401", f"message `file`: {expected}"))
+    write(shared.session.document, path, sheet=sheet, title=Path(name).stem, date=date)
     data = base64.b64encode(path.read_bytes()).decode("ascii")
     return {**_answer(f"Exported {name}", name=name), "file": {"name": name, "data": data}}
 

@@ -1,4 +1,4 @@
-"""Pictures of the sketch editor in docs/sketch_first_part.md and README.md.
+"""Pictures of the sketch editor in the documents and in README.md.
 
 Run ``python docs/figures/sketch/pictures.py``. It needs the extra ``serve``, playwright for Python
 and Chromium (``ARAEL_CHROMIUM`` names another one than the first on the path).
@@ -16,6 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from playwright.sync_api import sync_playwright
+
+from arael.sketch import Sketch
+from arael.sketch.exchange import write
 
 FOLDER = Path(__file__).parent
 ADDRESS = re.compile(r"open (http://127\.0\.0\.1:\d+/\?token=\S+)")
@@ -37,8 +40,17 @@ REST = [
 ]
 
 
+def sheet() -> None:
+    """The part on a sheet for the shop."""
+    sketch = Sketch()
+    for line in [*PART, *REST]:
+        sketch.run(line)
+    write(sketch.document, FOLDER / "sheet.png", sheet="A4", title="Plate", date="2026-01-31")
+
+
 def main() -> None:
     """Draw the part, with a picture of each stage."""
+    sheet()
     browser_path = os.environ.get("ARAEL_CHROMIUM") or shutil.which("chromium")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         command = [sys.executable, "-m", "arael", "sketch", "--serve", "plate.json", "--no-open"]

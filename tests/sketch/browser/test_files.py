@@ -92,6 +92,17 @@ def test_the_drawing_is_exported_from_the_menu(page: Any, kind: str) -> None:
     page.get_by_text(f"Exported sketch.{kind}").wait_for()
 
 
+@exercises(*(f"action:export_{size}" for size in ("a4", "a3", "a2", "a1")))
+@optional.needs("matplotlib")
+@pytest.mark.parametrize(("size", "long"), [("A4", 297), ("A3", 420), ("A2", 594), ("A1", 841)])
+def test_a_sheet_is_exported_from_the_menu(page: Any, size: str, long: float) -> None:
+    with page.expect_download() as waiting:
+        choose(page, f"Export a sheet {size} as PDF")
+    content = Path(waiting.value.path()).read_bytes()
+    box = content[content.index(b"/MediaBox") :][:60].split(b"[")[1].split(b"]")[0].split()
+    assert max(float(side) for side in box) == pytest.approx(72 * long / 25.4, abs=0.5)
+
+
 @pytest.mark.parametrize("kind", ["dxf", "step"])
 def test_where_a_library_is_absent_the_message_names_what_installs_it(
     page: Any, kind: str, monkeypatch: pytest.MonkeyPatch
@@ -116,8 +127,13 @@ def test_a_drawing_is_imported_and_its_relations_are_offered(sheet: Any) -> None
     )
     sheet.get_by_role("dialog", name="relations that were found").wait_for()
     assert len(names(sheet, "entities")) == 2
+    kinds = sheet.locator(".suggestions summary").all_inner_texts()
+    assert sorted(text.strip() for text in kinds) == ["1 coincident", "1 horizontal", "1 vertical"]
+    sheet.get_by_role("checkbox", name="all vertical").uncheck()
     sheet.get_by_role("button", name="Accept").click()
     wait(sheet, "app.store.constraints.size >= 2")
+    found = "[...app.store.constraints.values()].map((one) => one.kind).sort().join(' ')"
+    assert sheet.evaluate(found) == "coincident horizontal"
 
 
 @exercises("import:dxf", "action:import", "key:Ctrl+O")

@@ -59,7 +59,8 @@ def test_what_was_left_out_is_in_the_answer(tmp_path: Path) -> None:
     sketch = Sketch()
     sketch.session.folder = tmp_path
     (reply,) = sketch.run("import note.svg")
-    assert "note: 1 `text` element left out" in reply.text
+    assert reply.text.count("1 `text` element left out") == 1
+    assert "found relations, which are not applied: 1 horizontal" in reply.text
 
 
 def test_a_damaged_file_changes_nothing(house: Sketch, tmp_path: Path) -> None:

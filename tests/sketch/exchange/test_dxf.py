@@ -220,12 +220,16 @@ def test_what_is_no_dxf_is_refused_or_empty(data: bytes) -> None:
         assert isinstance(found, Imported) and not found.document.entities
 
 
-def test_truncated_files_never_end_in_a_traceback(written: bytes) -> None:
-    for part in (0.05, 0.3, 0.6, 0.9, 0.98):
-        try:
-            from_dxf(written[: int(part * len(written))])
-        except AraelError as error:
-            assert error.diagnostics[0].code == "E1302"
+@pytest.mark.parametrize("part", [0.05, 0.3, 0.6, 0.9, 0.98, 0.9999])
+def test_a_file_that_is_cut_short_is_refused(written: bytes, part: float) -> None:
+    refused(written[: int(part * len(written))], "E1302")
+
+
+def test_what_a_file_that_is_cut_short_still_holds_is_said() -> None:
+    data = foreign(lambda _, space: [space.add_line((k, 0), (k, 5)) for k in range(5)])
+    end = data.index(b"ENDSEC", data.index(b"ENTITIES"))
+    message = refused(data[:end], "E1302")
+    assert "cut short" in message and "after 5 complete curves" in message
 
 
 def test_a_block_that_contains_itself_is_refused() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,12 @@ from arael.diagnostics.explain import codes
 from arael.diagnostics.records import AraelError
 from arael.sketch.document.document import Document
 from arael.sketch.document.saved import to_json
+from arael.sketch.drawing import Path as Path_
+from arael.sketch.drawing import Text, layout
 from arael.sketch.exchange import Imported, read, write
+from arael.sketch.exchange.sheet import Sheet, on_sheet
 from arael.sketch.exchange.step import inside
+from arael.sketch.exchange.units import MILLIMETRES
 from arael.sketch.geometry import Arc, Line
 from tests.optional import needs, require
 from tests.sketch.exchange.sketches import plate
@@ -64,6 +69,66 @@ def test_a_pdf_is_at_full_size(tmp_path: Path) -> None:
     # 87 mm of geometry and a margin of 70/96 inch on every side
     width = 72 * (87 / 25.4 + 2 * 70 / 96)
     assert float(box[2]) == pytest.approx(width, abs=0.5)
+
+
+def bar(dx: float, dy: float, unit: str = "mm") -> Document:
+    """A line."""
+    document = Document()
+    with document.transaction("bar"):
+        document.set_setting("unit", unit)
+        document.add_entity("line", (5.0, 7.0, 5.0 + dx, 7.0 + dy))
+    return document
+
+
+def media_box(data: bytes) -> list[float]:
+    """Width and height of the page of a PDF, millimetres."""
+    box = data[data.index(b"/MediaBox") :][:60].split(b"[")[1].split(b"]")[0].split()
+    return [25.4 / 72 * float(side) for side in box[2:]]
+
+
+@needs("matplotlib")
+def test_a_sheet_has_the_size_of_its_paper_and_a_title_block(tmp_path: Path) -> None:
+    write(plate(), tmp_path / "a.pdf", sheet="A3", title="Plate", date="2026-01-31")
+    assert media_box((tmp_path / "a.pdf").read_bytes()) == pytest.approx([420, 297], abs=0.1)
+    tower = bar(0.0, 200.0)
+    write(tower, tmp_path / "b.pdf", sheet="A4")
+    assert media_box((tmp_path / "b.pdf").read_bytes()) == pytest.approx([210, 297], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("length", "unit", "sheet", "scale"),
+    [(100.0, "mm", "A4", "2:1"), (240.0, "mm", "A4", "1:2"), (240.0, "mm", "A3", "1:1"),
+     (1.0, "mm", "A4", "200:1"), (30.0, "m", "A1", "1:50"), (4.0, "in", "A4", "2:1")],
+)  # fmt: skip
+def test_the_scale_of_a_sheet_is_the_largest_standard_one_that_fits(
+    length: float, unit: str, sheet: Sheet, scale: str
+) -> None:
+    document = bar(length, 0.0, unit)
+    drawing = on_sheet(document, sheet, "Bar", "2026-01-31")
+    texts = [item.text for item in drawing.items if isinstance(item, Text)]
+    for expected in ("Bar", unit, scale, "2026-01-31"):
+        assert expected in texts
+    drawn = next(item for item in drawing.items if isinstance(item, Path_) and item.name == "L0")
+    (_, (x1, y1)), (_, (x2, y2)) = drawn.segments
+    number, _, of = scale.partition(":")
+    millimetres = MILLIMETRES[unit] * length * float(number) / float(of)
+    assert 25.4 / 96 * (x2 - x1) == pytest.approx(millimetres)
+    assert 0 < x1 < x2 < drawing.width and 0 < y1 == y2 < drawing.height
+
+
+def test_a_drawing_for_the_shop_has_no_marks_of_the_editor() -> None:
+    document = plate()
+    value = document.dimensions["d0"].value
+    assert value is not None
+    formula = replace(value, text="60 + w")
+    with document.transaction("formula"):
+        document.put("dimensions", replace(document.dimensions["d0"], value=formula))
+    marked = layout(document)
+    assert any("ƒ" in item.text for item in marked.items if isinstance(item, Text))
+    for item in on_sheet(document, "A4").items:
+        assert not (isinstance(item, Text) and "ƒ" in item.text)
+        # No points, poles or badges: what is filled are arrows.
+        assert not isinstance(item, Path_) or item.fill in ("", "dimension", "derived")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from io import BytesIO
 from math import hypot, radians, tau
 from typing import Any
 
-from arael.diagnostics.records import AraelError
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.sketch.document.document import Document
 from arael.sketch.document.records import Style
 from arael.sketch.document.saved import from_json
@@ -37,6 +37,9 @@ from arael.sketch.geometry import (
 
 _MIRROR = Affine(-1.0, 0.0, 0.0, 1.0)
 """From the coordinates of an entity seen from below (extrusion -z) to those of the drawing."""
+
+_PADDING = b"\0\r\n\t \x1a"
+"""What may follow the end of a file: of a text, and of a binary one."""
 
 # $INSUNITS: code -> unit of the document and its factor; others are millimetres by a factor.
 _UNITS: dict[int, tuple[str, float]] = {
@@ -69,6 +72,8 @@ def from_dxf(
     del ezdxf
     if len(data) > MAX_BYTES:
         raise over_limit(f"{len(data):,} bytes", MAX_BYTES, origin)
+    if b"SECTION" in data[:4096] and not data.rstrip(_PADDING).endswith(b"EOF"):
+        raise _cut_short(data, origin)
     file = _parsed(data, origin)
     try:
         return _read(file, origin, tolerance)
@@ -76,6 +81,37 @@ def from_dxf(
         raise
     except Exception as error:  # a parser of other people's files: anything may be inconsistent
         raise unreadable("DXF", _said(error), origin) from None
+
+
+def _cut_short(data: bytes, origin: str) -> AraelError:
+    """E1302, with the number of curves before the end.
+
+    The parser drops a section that is not complete, so the section is ended before the record in
+    which the file stops.
+    """
+    lines = data.splitlines()
+    record = max((k for k in range(0, len(lines), 2) if lines[k].strip() == b"0"), default=0)
+    ended = b"\n".join([*lines[:record], b"0", b"ENDSEC", b"0", b"EOF", b""])
+    collector = Collector(origin)
+    try:
+        file = _parsed(ended, origin)
+        _Geometry(collector, file).read(file.modelspace())
+    except Exception:  # binary, or stopped where nothing can be read yet
+        collector.found.clear()
+    count = len(collector.found)
+    return AraelError(
+        Diagnostic(
+            "E1302",
+            f"the file is cut short: it ends before `EOF`, after {count} complete "
+            f"curve{'' if count == 1 else 's'}",
+            origin=origin,
+            help=(
+                "copy or download it again",
+                "if the program that wrote it always leaves the end out, add the lines `0` and "
+                "`EOF`",
+            ),
+        )
+    )
 
 
 def _said(error: Exception) -> str:

@@ -12,6 +12,9 @@ export const FORMATS = [
   { id: "json", title: "JSON", reads: false },
 ];
 
+/** Sizes of paper of a drawing with frame and title block. */
+export const SHEETS = ["A4", "A3", "A2", "A1"];
+
 /** @type {readonly Action[]} */
 export const FILING = [
   { id: "save", title: "Save", key: "Ctrl+S", group: "file", run: (app) => app.files?.save() },
@@ -22,6 +25,13 @@ export const FILING = [
     group: "file",
     run: (app) => app.files?.open(),
   },
+  ...SHEETS.map((sheet) => ({
+    id: `export_${sheet.toLowerCase()}`,
+    title: `Export a sheet ${sheet} as PDF`,
+    key: "",
+    group: "file",
+    run: (/** @type {import("../app.js").App} */ app) => app.files?.export("pdf", sheet),
+  })),
   ...FORMATS.map(({ id, title }) => ({
     id: `export_${id}`,
     title: `Export ${title}`,
