@@ -94,6 +94,7 @@ class RowExpression:
 
 class KernelRows(Rows):
     unknowns: UnknownWindows
+    evaluated: int
     tables: dict[str, LaneTable]
     def __init__(self, layout: Layout, kernels: Any = None, n: int = 0) -> None: ...
     def edit(self) -> AbstractContextManager[KernelRows]: ...
@@ -141,6 +142,16 @@ class KernelRows(Rows):
     def remove_expression(self, row: int, *, missing_ok: bool = False) -> None: ...
     def set_numbers(self, row: int, numbers: ArrayLike) -> None: ...
     def quantity(self, row: int) -> NDArray[np.float64]: ...
+
+class Excerpt(Rows):
+    row_of: NDArray[np.int32]
+    def __init__(
+        self,
+        of: KernelRows,
+        instances: Sequence[int],
+        quantities: Sequence[int],
+        columns: ArrayLike,
+    ) -> None: ...
 
 class LowerLevels: ...
 

@@ -35,6 +35,8 @@ cdef class KernelRows(TableRows):
         Also holds the constants at negative offsets.
     tables : dict of LaneTable by name of the struct
         Their `refs`, `widths`, `fields`, `defaults` and `residuals` describe the structs.
+    evaluated : int
+        Instances that were evaluated so far: what the evaluations cost.
 
     Raises
     ------

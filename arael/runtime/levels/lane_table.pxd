@@ -59,6 +59,10 @@ cdef class LaneTable:
     cdef void place(self, Py_ssize_t i) noexcept nogil
     # Residuals and entries of the active instances.
     cdef void evaluate(self, UnknownWindows unknowns) noexcept nogil
+    # The same of a part: those that are evaluated together with instance i, which is active.
+    cdef void evaluate_around(self, UnknownWindows unknowns, Py_ssize_t i) noexcept nogil
+    cdef void _rows(
+        self, const Lanes* lanes, double* residual, double* entry) noexcept nogil
 
     cdef double* _datum(self, Py_ssize_t i, Py_ssize_t k) noexcept nogil
     cdef int32_t* _row(self, Py_ssize_t i, Py_ssize_t k) noexcept nogil

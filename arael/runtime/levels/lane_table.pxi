@@ -233,19 +233,35 @@ cdef class LaneTable:
 
     cdef void evaluate(self, UnknownWindows unknowns) noexcept nogil:
         cdef Py_ssize_t k
-        cdef bint exhausted = False
         if not self.arrays.active:
             return
         for k in range(self._uses):
             self._state[k] = unknowns.of_width(self._width_of_use[k])
+        self._rows(&self._lanes, self.arrays.residual, self.arrays.entry)
+
+    cdef void evaluate_around(self, UnknownWindows unknowns, Py_ssize_t i) noexcept nogil:
+        cdef Py_ssize_t k, block = i // self._width, first = block * self._width
+        cdef Lanes lanes = self._lanes
+        for k in range(self._uses):
+            self._state[k] = unknowns.of_width(self._width_of_use[k])
+        lanes.n = min(<Py_ssize_t>self._width, self.arrays.active - first)
+        lanes.data = self._lane_data + first * self._data
+        lanes.row = self._lane_row + first * self._uses
+        lanes.run = self._run + block
+        self._rows(
+            &lanes, self.arrays.residual + first * self.arrays.residuals,
+            self.arrays.entry + first * self.arrays.entries)
+
+    cdef void _rows(self, const Lanes* lanes, double* residual, double* entry) noexcept nogil:
+        cdef Py_ssize_t k
+        cdef bint exhausted = False
         if self._kernel != NULL:
-            self._kernel.rows(&self._lanes, self.arrays.residual, self.arrays.entry)
+            self._kernel.rows(lanes, residual, entry)
             return
-        (<Program>self._program).rows(
-            &self._lanes, self.arrays.residual, self.arrays.entry, &exhausted)
+        (<Program>self._program).rows(lanes, residual, entry, &exhausted)
         if exhausted:
-            for k in range(self.arrays.active * self.arrays.residuals):
-                self.arrays.residual[k] = NAN
+            for k in range(lanes.n * self.arrays.residuals):
+                residual[k] = NAN
 
     cdef inline double* _datum(self, Py_ssize_t i, Py_ssize_t k) noexcept nogil:
         return self._lane_data + (i // self._width * self._data + k) * self._width + i % self._width

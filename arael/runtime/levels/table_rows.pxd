@@ -50,6 +50,8 @@ cdef class TableRows(Rows):
     cdef Py_ssize_t _mark_capacity
     cdef Py_ssize_t _stale              # first row whose pattern is out of date; m: none
     cdef int _editing
+    # Instances that were evaluated since the rows were made, by excerpts as well.
+    cdef readonly int64_t evaluated
 
     cdef LaneTable _table_at(self, Py_ssize_t row)
     cdef _reserve_rows(self, Py_ssize_t count)
@@ -62,4 +64,6 @@ cdef class TableRows(Rows):
     cdef void _activate(self, Py_ssize_t row, bint on) noexcept nogil
     cdef int _evaluate(self, const double* x, double* r, double* entries) noexcept nogil
     cdef void _express(self, double* r, double* entries) noexcept nogil
+    cdef void _subtract(
+        self, Py_ssize_t number, double* r, double* entries, Py_ssize_t shift) noexcept nogil
     cdef int _not_finite(self, const double* r, const double* entries) noexcept nogil

@@ -215,6 +215,7 @@ cdef class TableRows(Rows):
         for t in range(self._table_count):
             table = self._arrays[t]
             (<LaneTable>self._tables[t]).evaluate(self.unknowns)
+            self.evaluated += table.active
             count = table.residuals
             if count == 1:
                 for i in range(table.active):
@@ -243,39 +244,44 @@ cdef class TableRows(Rows):
 
     cdef void _express(self, double* r, double* entries) noexcept nogil:
         """Subtract the expressions."""
-        cdef Py_ssize_t number, k, e, q, i, c
-        cdef ExpressionArrays* one
-        cdef LaneArrays* source
-        cdef const double* value = self.unknowns.of_width(1)
+        cdef Py_ssize_t number, row
         for number in range(self._expression_count):
             if self._expressions[number] == NULL:
                 continue
-            one = self._expressions[number]
-            if not self._shown[one.row]:
-                continue
-            for k in range(one.quantities):
-                q = one.quantity[k]
-                source = self._arrays[self._table_of[q]]
-                one.inputs[k] = source.residual[self._index_of[q]]
-            for k in range(one.unknowns):
-                one.inputs[one.quantities + k] = value[one.unknown[k]]
-            (<RowExpression>self._expression_at[number]).run()
-            r[one.row] -= one.outputs[0]
-            if entries == NULL:
-                continue
-            c = 0
-            for k in range(one.quantities):
-                q = one.quantity[k]
-                source = self._arrays[self._table_of[q]]
-                i = self._index_of[q] * source.entries
-                for e in range(source.entries):
-                    if one.at[c] >= 0:
-                        entries[one.at[c]] -= one.outputs[1 + k] * source.entry[i + e]
-                    c += 1
-            for k in range(one.unknowns):
+            row = self._expressions[number].row
+            if self._shown[row]:
+                self._subtract(number, r + row, entries, 0)
+
+    cdef void _subtract(
+        self, Py_ssize_t number, double* r, double* entries, Py_ssize_t shift
+    ) noexcept nogil:
+        """Subtract an expression from its row's residual; from entries, with shifted positions."""
+        cdef Py_ssize_t k, e, q, i, c = 0
+        cdef ExpressionArrays* one = self._expressions[number]
+        cdef LaneArrays* source
+        cdef const double* value = self.unknowns.of_width(1)
+        for k in range(one.quantities):
+            q = one.quantity[k]
+            source = self._arrays[self._table_of[q]]
+            one.inputs[k] = source.residual[self._index_of[q]]
+        for k in range(one.unknowns):
+            one.inputs[one.quantities + k] = value[one.unknown[k]]
+        (<RowExpression>self._expression_at[number]).run()
+        r[0] -= one.outputs[0]
+        if entries == NULL:
+            return
+        for k in range(one.quantities):
+            q = one.quantity[k]
+            source = self._arrays[self._table_of[q]]
+            i = self._index_of[q] * source.entries
+            for e in range(source.entries):
                 if one.at[c] >= 0:
-                    entries[one.at[c]] -= one.outputs[1 + one.quantities + k]
+                    entries[one.at[c] + shift] -= one.outputs[1 + k] * source.entry[i + e]
                 c += 1
+        for k in range(one.unknowns):
+            if one.at[c] >= 0:
+                entries[one.at[c] + shift] -= one.outputs[1 + one.quantities + k]
+            c += 1
 
     cdef int _not_finite(self, const double* r, const double* entries) noexcept nogil:
         """1 + the first row with a number that is not finite, 0 if there is none."""

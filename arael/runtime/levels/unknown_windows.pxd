@@ -20,4 +20,5 @@ cdef class UnknownWindows:
     # Row of an entity of so many scalars: at 0 the first unknowns, at -1 the last constant.
     cdef const double* of_width(self, Py_ssize_t width) noexcept nogil
     cdef void fill(self, const double* x) noexcept nogil
+    cdef void put(self, Py_ssize_t at, double value) noexcept nogil
     cdef bint holds(self, Py_ssize_t offset, Py_ssize_t width) noexcept nogil

@@ -63,6 +63,17 @@ cdef class UnknownWindows:
                     for j in range(width):
                         to[width * k + j] = source[k + j]
 
+    cdef void put(self, Py_ssize_t at, double value) noexcept nogil:
+        """Bring one unknown into all windows."""
+        cdef Py_ssize_t width, j
+        cdef double* to
+        for width in range(1, MOST_WIDTH + 1):
+            if self._memory[width] == NULL:
+                continue
+            to = self._memory[width] + width * self._constant_capacity
+            for j in range(width):
+                to[width * (at - j) + j] = value
+
     cdef bint holds(self, Py_ssize_t offset, Py_ssize_t width) noexcept nogil:
         """Whether an entity of so many scalars may begin there."""
         if offset < 0:

@@ -64,11 +64,9 @@ def unlock(session: Session, words: Words) -> Reply:
 
 
 def _lock_of(session: Session, point: Operand) -> Constraint | None:
+    layout, constraints = session.editor.layout, session.document.constraints
+    layout.refresh()
+    users = (constraints.get(name) for name in layout.users_of(point.handle))
     return next(
-        (
-            one
-            for one in session.document.constraints.values()
-            if one.kind == "lock" and one.args == (point.handle,)
-        ),
-        None,
+        (one for one in users if one and one.kind == "lock" and one.args == (point.handle,)), None
     )

@@ -350,7 +350,7 @@ class Editor:
         check_new_constraint(self.document, kind, spelt, self.layout.users_of(spelt[0]))
         check_collapse(self.document, kind, spelt)
         with self.document.transaction(f"{kind} {' '.join(spelt)}"):
-            self._start_with(turned(self.document, kind, spelt))
+            self._start_with(turned(self.layout, kind, spelt))
             record = Constraint(
                 self._constraint_name(kind, spelt),
                 kind,
@@ -439,7 +439,7 @@ class Editor:
         self._refuse(verdict, force)
         label = self._label(name)
         if name in self.document.dimensions:
-            self._start_with(turned_to(self.document, self.document.dimensions[name]))
+            self._start_with(turned_to(self.layout, self.document.dimensions[name]))
         outcome = self._settle(name)
         if verdict.kind == "here" and outcome.moved and self.judge.verdict(name).kind == "helps":
             del self.notices[known:]  # the solution is in another position
@@ -569,7 +569,7 @@ class Editor:
             outline(self.document, new.args, self._is_same)
         with self.document.transaction(f"change {new.name}"):
             if acts and not begins and new.value != old.value:
-                self._start_with(turned_to(self.document, new))
+                self._start_with(turned_to(self.layout, new))
             self.document.put("dimensions", new)
             if not only_placed and new != old:
                 self.notices += disowned(self.document, new.name)

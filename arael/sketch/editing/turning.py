@@ -9,10 +9,12 @@ degrees; where both ways are as far, to continue the arc. Nearer, line and arc s
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from arael.sketch.document.document import Document
 from arael.sketch.document.measures import signed
-from arael.sketch.document.records import Dimension
+from arael.sketch.document.records import Constraint, Dimension
+from arael.sketch.layout.layout import Layout
 
 _FAR, _FAR_TANGENT = math.radians(30.0), math.radians(60.0)
 #: A line is across an arc from here on: both ways to be tangent are as far.
@@ -22,13 +24,14 @@ Moves = dict[int, tuple[float, float]]
 """Offset of the x of a point -> where to."""
 
 
-def turned(document: Document, kind: str, args: tuple[str, ...]) -> Moves:
+def turned(layout: Layout, kind: str, args: tuple[str, ...]) -> Moves:
     """Places of points with which a relation of directions starts; empty if it can start as it is.
 
     The second operand is turned: about the end that others hold, else about its middle. Points
     that are coincident with its ends move along.
     """
-    found = _wanted(document, kind, args)
+    document = layout.document
+    found = _wanted(layout, kind, args)
     if found is None:
         return {}
     name, direction = found
@@ -38,10 +41,10 @@ def turned(document: Document, kind: str, args: tuple[str, ...]) -> Moves:
         return {}
     if kind == "tangent" and abs(off) > _ACROSS:
         off = math.remainder(math.atan2(y2 - y1, x2 - x1) - direction, 2.0 * math.pi)
-    return _about_an_end(document, name, -off)
+    return _about_an_end(layout, name, -off)
 
 
-def turned_to(document: Document, dimension: Dimension) -> Moves:
+def turned_to(layout: Layout, dimension: Dimension) -> Moves:
     """Places with which the value of an angle starts: its line has turned, and kept its length.
 
     Steps of least change leave a line along its tangent, which makes it longer. Empty for what is
@@ -49,7 +52,7 @@ def turned_to(document: Document, dimension: Dimension) -> Moves:
     """
     if dimension.kind not in ("xangle", "angle") or dimension.value is None or dimension.derived:
         return {}
-    name = dimension.args[-1]
+    document, name = layout.document, dimension.args[-1]
     if document.entities[name].kind != "line":
         return {}
     now = signed(document, dimension.kind, dimension.args, dimension.mode)
@@ -60,16 +63,17 @@ def turned_to(document: Document, dimension: Dimension) -> Moves:
         supplement = dimension.mode == "supplement"
         off = math.radians(wanted - abs(now)) * dimension.side * (-1.0 if supplement else 1.0)
     ends = (f"{name}.p1", f"{name}.p2")
-    if abs(off) < 1e-9 or all(_is_held(document, name, _tied(document, end)) for end in ends):
+    if abs(off) < 1e-9 or all(_is_held(layout, name, _tied(layout, end)) for end in ends):
         return {}
-    return _about_an_end(document, name, off)
+    return _about_an_end(layout, name, off)
 
 
-def _about_an_end(document: Document, name: str, angle: float) -> Moves:
+def _about_an_end(layout: Layout, name: str, angle: float) -> Moves:
     """A line turned about the end that others hold, else about its middle."""
+    document = layout.document
     x1, y1, x2, y2 = document.numbers_of(name).tolist()
-    ties = [_tied(document, f"{name}.p1"), _tied(document, f"{name}.p2")]
-    held = [_is_held(document, name, tied) for tied in ties]
+    ties = [_tied(layout, f"{name}.p1"), _tied(layout, f"{name}.p2")]
+    held = [_is_held(layout, name, tied) for tied in ties]
     share = {(True, False): 0.0, (False, True): 1.0}.get((held[0], held[1]), 0.5)
     px, py = x1 + share * (x2 - x1), y1 + share * (y2 - y1)
     c, s = math.cos(angle), math.sin(angle)
@@ -80,11 +84,12 @@ def _about_an_end(document: Document, name: str, angle: float) -> Moves:
     return moves
 
 
-def _wanted(document: Document, kind: str, args: tuple[str, ...]) -> tuple[str, float] | None:
+def _wanted(layout: Layout, kind: str, args: tuple[str, ...]) -> tuple[str, float] | None:
     """The line that is to be turned, and the direction (radians) that it is to have."""
+    document = layout.document
     names = [arg.partition(".")[0] for arg in args]
     if kind == "tangent":
-        return _wanted_tangent(document, names)
+        return _wanted_tangent(layout, names)
     if any(document.entities[name].kind != "line" for name in names):
         return None
     if kind in ("horizontal", "vertical") and len(set(names)) == 1:
@@ -96,14 +101,15 @@ def _wanted(document: Document, kind: str, args: tuple[str, ...]) -> tuple[str, 
     return None
 
 
-def _wanted_tangent(document: Document, names: list[str]) -> tuple[str, float] | None:
+def _wanted_tangent(layout: Layout, names: list[str]) -> tuple[str, float] | None:
     """A line, and the direction of the arc at the end they share."""
+    document = layout.document
     kinds = {document.entities[name].kind: name for name in names}
     if kinds.keys() != {"line", "arc"}:
         return None
     line, arc = kinds["line"], kinds["arc"]
     for p, one in enumerate(("p1", "p2")):
-        shared = _tied(document, f"{line}.{one}")
+        shared = _tied(layout, f"{line}.{one}")
         for e, end in enumerate(("start", "end")):
             if f"{arc}.{end}" not in shared:
                 continue
@@ -122,28 +128,35 @@ def _place(document: Document, handle: str) -> tuple[float, float]:
     return x, y
 
 
-def _tied(document: Document, start: str) -> list[str]:
+def _users(layout: Layout, handle: str) -> Iterator[Constraint]:
+    """Relations that involve the entity of a handle."""
+    for name in layout.users_of(handle):
+        one = layout.document.constraints.get(name)
+        if one is not None:
+            yield one
+
+
+def _tied(layout: Layout, start: str) -> list[str]:
     """Handles at one place with one, by coincident relations."""
     found = {start: None}
     waiting = [start]
-    pairs = [
-        one.args for one in document.constraints.values() if one.kind == "coincident" and one.active
-    ]
     while waiting:
         here = waiting.pop()
-        for a, b in pairs:
-            for one, other in ((a, b), (b, a)):
-                if one == here and other not in found:
+        for relation in _users(layout, here):
+            if relation.kind != "coincident" or not relation.active or here not in relation.args:
+                continue
+            for other in relation.args:
+                if other not in found:
                     found[other] = None
                     waiting.append(other)
     return list(found)
 
 
-def _is_held(document: Document, line: str, tied: list[str]) -> bool:
+def _is_held(layout: Layout, line: str, tied: list[str]) -> bool:
     """Whether something else is at an end, or locks it."""
     if len(tied) > 1:
         return True
     return any(
         one.kind in ("lock", "fix", "point_on", "midpoint") and one.args[0] in (*tied, line)
-        for one in document.constraints.values()
+        for one in _users(layout, line)
     )

@@ -119,7 +119,7 @@ class Judge:
         """Verdicts on several, each given everything that is not after it in `names`."""
         self.layout.gather()
         own = [self.layout.first_rows(name) for name in names]
-        if all(own) and self._surely_help([row for one in own for row in one]):
+        if all(own) and self._surely_help([row for one in own for row in one], of=names):
             return [
                 Verdict(name, "helps", freedoms=len(one))
                 for name, one in zip(names, own, strict=True)
@@ -152,7 +152,12 @@ class Judge:
         self._look()
         return replace(verdict, members=(*found, name))
 
-    def _surely_help(self, rows: Sequence[int], more: Sequence[tuple[Any, Any]] = ()) -> bool:
+    def _surely_help(
+        self,
+        rows: Sequence[int],
+        more: Sequence[tuple[Any, Any]] = (),
+        of: Sequence[str] = (),
+    ) -> bool:
         """Whether a few unknowns around some equations prove that they are independent.
 
         The factor of the whole sketch gives the same answer, in time that grows with the sketch.
@@ -161,8 +166,18 @@ class Judge:
         ----------
         rows : of the layout
         more : indices in the layout's `x` and entries of equations that it does not have
+        of : records of these
         """
         layout = self.layout
+        part = layout.part(of)
+        if part is not None:
+            return surely_independent(
+                part.rows,
+                part.gather(),
+                part.local(rows),
+                layout.equations[part.rows.row_of],
+                more=[(np.searchsorted(part.columns, at), weights) for at, weights in more],
+            )
         scales = None
         x = layout.gather()
         if len(layout.angles):
@@ -216,11 +231,12 @@ class Judge:
         layout = self.layout
         layout.refresh()
         more = []
+        of = [layout.entity_at(at) for at, _ in points]
         for k in range(len(gaps)):
             uses = [(layout.use_of(at + k), weight) for at, weight in points]
             unknown = [one for one in uses if one[0] >= 0]
             more.append(([at for at, _ in unknown], [weight for _, weight in unknown]))
-        if all(at for at, _ in more) and self._surely_help((), more):
+        if all(at for at, _ in more) and self._surely_help((), more, of):
             return Verdict(name, "helps", freedoms=len(gaps))
         system, rank = self._present()
         gained, contradicts = 0, False

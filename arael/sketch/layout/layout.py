@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.sketch.document.document import Document
+from arael.sketch.document.records import Entity
 from arael.sketch.layout.laid import scalars_of
 from arael.sketch.layout.linearisation import Linearisation
 from arael.sketch.layout.operands import operands
+from arael.sketch.layout.part import Part
 from arael.sketch.layout.plan import Row
 from arael.sketch.layout.sides import side_of
 from arael.sketch.layout.splines import nearest_on
@@ -20,6 +23,8 @@ __all__ = ["Layout", "Linearisation"]
 
 #: A point this near to a piece of a spline, of the sketch's size, is on it.
 _ON_PIECE = 1e-7
+#: Parts of at most so many records are solved by themselves, in drawings of so many times more.
+MOST_IN_PART, LEAST_REST = 256, 4
 
 
 class Layout(System):
@@ -41,6 +46,10 @@ class Layout(System):
     guard_owner : the same of `guards`
     version : counts the structural changes
     """
+
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
+        self._part: tuple[tuple[int, tuple[str, ...]], Part] | None = None
 
     # --- names ----------------------------------------------------------------------------
 
@@ -130,6 +139,80 @@ class Layout(System):
     def entity_at(self, offset: int) -> str:
         """Name of the entity that a number of the document belongs to."""
         return self._entity_at[offset]
+
+    # --- parts ----------------------------------------------------------------------------
+
+    def settled(self) -> None:
+        """All equations hold now: what changes from here on is what has to be solved."""
+        self.gather()
+        self._touched = {}
+
+    def part(self, names: Sequence[str] = ()) -> Part | None:
+        """All that hangs together with what changed since `settled`, or with any of `names`.
+
+        None where that is not known, a large share of the drawing, or has unknowns of its own or
+        directions: these are looked at with everything else.
+        """
+        self.gather()
+        if self._touched is None:
+            return None
+        found = self._hanging_together([*self._touched, *names])
+        if found is None:
+            return None
+        key = self.version, tuple(found)
+        if self._part is None or self._part[0] != key:
+            self._part = key, Part(self, key[1])
+        return self._part[1]
+
+    def _hanging_together(self, names: Sequence[str]) -> dict[str, None] | None:
+        most = min(MOST_IN_PART, len(self._laid) // LEAST_REST)
+        found: dict[str, None] = {}
+        waiting = list(names)
+        while waiting:
+            name = waiting.pop()
+            laid = self._laid.get(name)
+            if laid is None or name in found:
+                continue
+            found[name] = None
+            record = laid.record
+            if isinstance(record, Entity):
+                if record.kind in ("ellipse", "earc"):
+                    return None
+                waiting += self._users.get(name, ())
+            else:
+                waiting += laid.names
+            if len(found) > most or name in self._with_hidden or name in self._unguarded:
+                return None
+        return found
+
+    def instances_of(self, names: Iterable[str]) -> tuple[list[int], list[int], list[int]]:
+        """First rows of records: of equations, of guards, of the quantities that these read."""
+        rows: list[int] = []
+        guards: list[int] = []
+        quantities: list[int] = []
+        for laid in map(self._laid.__getitem__, names):
+            rows += (*laid.rows, *laid.sums)
+            guards += laid.guards
+            quantities += laid.inputs
+        return sorted(rows), sorted(guards), quantities
+
+    def numbers_in(self, names: Iterable[str]) -> NDArray[np.int64]:
+        """Offsets of the numbers of the entities among records, ascending."""
+        records = (self._laid[name].record for name in names)
+        entities = sorted((one.at, one.size) for one in records if isinstance(one, Entity))
+        return np.array([at + k for at, size in entities for k in range(size)], dtype=np.int64)
+
+    def struct_of_guard(self, guard: int) -> str:
+        """Name of the struct that a row of `guards` begins."""
+        return str(self.guards.struct(guard))
+
+    def roots(self, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Index in `x` of numbers of the document."""
+        return self._root[offsets]
+
+    def axis_of(self, offsets: NDArray[np.int64]) -> NDArray[np.int8]:
+        """What numbers of the document are, as of `axes`."""
+        return self._axis[offsets]
 
     # --- checking -------------------------------------------------------------------------
 

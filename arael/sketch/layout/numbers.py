@@ -49,6 +49,8 @@ class Numbers(Upkeep):
     def _take_over(self, moved: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Start from numbers that were changed in the document."""
         self._seen[moved] = values[moved]
+        if self._touched is not None:
+            self._touch(self._entities_at(moved))
         free = moved[self._use[moved] >= 0]
         self._source[self._root[free]] = free
         if len(free) < len(moved):
@@ -156,6 +158,34 @@ class Numbers(Upkeep):
         put(self._seen, at, new)
         self._gathered = (document.moves, self.version)
         return named(at, self._first, self._entity_at)
+
+    def scatter_numbers(
+        self,
+        at: NDArray[np.int64],
+        new: NDArray[np.float64],
+        columns: NDArray[np.int64],
+        x: NDArray[np.float64],
+    ) -> tuple[str, ...]:
+        """As `scatter`, of a part.
+
+        Parameters
+        ----------
+        at, new : (k,) numbers of the document, and what they become
+        columns, x : (n,) the unknowns that they share, and their values
+        """
+        if not np.isfinite(x).all():
+            raise ValueError("the numbers of a sketch are finite")
+        document = self.document
+        self.x[columns] = x
+        old = document.values[at]
+        moved = old.view(np.int64) != new.view(np.int64)
+        if not moved.any():
+            return ()
+        at, new = at[moved], new[moved]
+        document.replace_values(at, old[moved], new)
+        put(self._seen, at, new)
+        self._gathered = (document.moves, self.version)
+        return self._entities_at(at)
 
     def _entities_at(self, at: NDArray[np.int64]) -> tuple[str, ...]:
         """Entities of offsets into the document's values, ascending."""

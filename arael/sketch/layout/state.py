@@ -65,6 +65,8 @@ class State:
         self._stale: set[str] = set()  # those that have to be laid out anew
         self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: Numbering | None = None
+        # Records that changed since all equations held last, entities that moved; None: not known.
+        self._touched: dict[str, None] | None = None
         # Offsets of the x of all points, and of other lengths, of a version.
         self._extent: tuple[int, NDArray[np.int64], NDArray[np.int64]] | None = None
         # Pieces on which points are, of splines with several; where those are that are at an end.

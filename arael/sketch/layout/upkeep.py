@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -68,6 +68,7 @@ class Upkeep(Laying):
                     laid.record = record
             elif laid is not None and self._set_value(laid, record):
                 anew.add(name)
+                self._touch((name,))
             else:
                 structural.append((table, name))
         if structural:
@@ -81,6 +82,9 @@ class Upkeep(Laying):
     ) -> set[str]:
         self.version += 1
         dirty: dict[str, None] = {}
+        for _, name in changed:
+            before = self._laid.get(name)
+            self._touch((name, *(before.names if before is not None else ())))
         # Fewer records first, then fewer entities; more entities before more records.
         for table, name in changed:
             laid = self._laid.get(name)
@@ -115,6 +119,10 @@ class Upkeep(Laying):
             self._drawn += 1
             self._live = np.flatnonzero(self._root[: len(values)] >= 0)
         return set(lay)
+
+    def _touch(self, names: Iterable[str]) -> None:
+        if self._touched is not None:
+            self._touched |= dict.fromkeys(names)
 
     # --- records --------------------------------------------------------------------------
 

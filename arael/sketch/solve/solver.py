@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from arael.runtime.levels.compiled import Levels
 from arael.runtime.levels.follow import follow
 from arael.sketch.document.records import Entity
 from arael.sketch.layout.layout import Layout
+from arael.sketch.layout.part import Part
 from arael.sketch.solve.extents import COLLAPSED, Extents
 from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.search import Search
@@ -52,6 +53,14 @@ LEFT_OUT, MOST_GAIN = 1.0 / 16.0, 4.0
 _NONE: Mapping[str, float] = MappingProxyType({})
 
 
+class _Equations(NamedTuple):
+    """What is solved together: all of a layout, or a part of it."""
+
+    of: Layout | Part
+    levels: Levels
+    tolerances: Tolerances
+
+
 class Solver:
     """Solves the equations of a layout and writes what it finds into the document.
 
@@ -75,6 +84,7 @@ class Solver:
         self._key: tuple[Any, ...] = ()
         self._version = -1
         self._levers = np.zeros(0)  # for which angles are scaled
+        self._part: _Equations | None = None  # of the part that was solved last
         self._trial: tuple[tuple[int, bytes], Levels] | None = None
         self._extents: tuple[int, Extents] | None = None  # by the layout's `drawn`
         self.interruption = Interruption()
@@ -137,6 +147,9 @@ class Solver:
         """
         if self.interrupted:
             return Outcome("interrupted", fraction=0.0)
+        alone = self._by_part()
+        if alone is not None:
+            return alone
         found, last = self._once()
         share = found.fraction
         moved: dict[str, None] = {}
@@ -149,7 +162,9 @@ class Solver:
             share = min(share + 2.0 * SMALLEST_STEP, 1.0)
             found, last = self._once(last, share, crossed)
             share += (1.0 - share) * found.fraction
-        if not found.solved:
+        if found.solved:
+            self.layout.settled()
+        else:
             self.layout.cross_back(moved)
         if found.status in ("side", "stalled") and not self.layout.impossible:
             return self._searched() or found
@@ -165,7 +180,39 @@ class Solver:
         if found is None:
             layout.return_changes(taken)
             return None
-        return self.written(found, Outcome("solved"))
+        outcome = self.written(found, Outcome("solved"))
+        layout.settled()
+        return outcome
+
+    def _by_part(self) -> Outcome | None:
+        """Solve what hangs together with what changed; None, and nothing done, if that fails.
+
+        All else holds already. Whatever is special about a solve is left to that of everything.
+        """
+        layout = self.layout
+        part = None if layout.impossible else layout.part()
+        if part is None:
+            return None
+        x = part.gather()
+        if not (part.guards.evaluate(x) > 0.0).all():
+            return None
+        if self._part is None or self._part.of is not part:
+            levels = self._new_levels(None, of=part)
+            self._part = _Equations(part, levels, Tolerances(part))
+        changes = layout.take_changes()
+        found = None if changes else self._held(x, self._part)
+        if found is None and all(map(part.changed, changes)):
+            found = self._solved(x, changes, self._part)
+        if found is None or not found.solved:
+            layout.return_changes(changes)
+            return None
+        if layout.document.is_changing:
+            moved = part.scatter(x)
+        else:
+            with layout.document.transaction("solve"):
+                moved = part.scatter(x)
+        layout.settled()
+        return found.having_moved(moved)
 
     def guarded(self, x: Array) -> bool:
         """Solve in place on the sides of `x`; whether that is done."""
@@ -223,25 +270,41 @@ class Solver:
             layout.renew_guards(x)
         return outcome, x
 
-    def _solved(self, x: Array, changes: dict[tuple[str, int], tuple[float, float]]) -> Outcome:
-        """Solve in place; values that are far from their old ones are approached."""
+    def _solved(
+        self,
+        x: Array,
+        changes: dict[tuple[str, int], tuple[float, float]],
+        system: _Equations | None = None,
+    ) -> Outcome:
+        """Solve in place; values that are far from their old ones are approached.
+
+        Parameters
+        ----------
+        system : a part; all equations without
+        """
         layout = self.layout
+        of, levels, tolerances = system or self._everything
+        low, high = layout.bounds if of is layout else (None, None)
+
+        def newton() -> Outcome:
+            return self._newton(x, system=system)
+
         parts = layout.parts_of(changes, FAR, FAR_TURN)
         start = x.copy()
         if not parts:
-            near = self._newton(x)
+            near = newton()
             if near.solved or not changes:
                 return near
             x[:] = start
-        elif self._holds(x):
-            return self._newton(x)  # the geometry was changed along with the values
+        elif of.rows.holds(x, tolerances.at(x)):
+            return newton()  # the geometry was changed along with the values
         # The start solves the old values at most up to the tolerance, and what is new not at all.
         layout.set_share(changes, 0.0)
-        before = self._newton(x)
+        before = newton()
         if not before.solved:
             layout.set_share(changes, 1.0)
             x[:] = start
-            return self._newton(x)
+            return newton()
         parts = max(parts, 1)
         part = 0
 
@@ -250,43 +313,39 @@ class Solver:
 
         def may_pass(guard: int) -> bool:
             # An arc may grow past half a turn, where the guard of its sweep changes its sign.
-            return bool(layout.guards.struct(guard) == "SweepGuard")
+            return of.struct_of_guard(guard) == "SweepGuard"
 
         for part in range(parts):  # noqa: B007 - read by set_data
             found = follow(
-                self.levels,
+                levels,
                 x,
                 set_data,
-                self.tolerances.at(x),
+                tolerances.at(x),
                 first=0.25 if parts == 1 else 1.0,
                 least=SMALLEST_STEP,
-                low=layout.low,
-                high=layout.high,
+                low=low,
+                high=high,
                 may_pass=may_pass,
             )
             if not found.solved:
                 break
         layout.set_share(changes, 1.0)
         share = (part + found.fraction) / parts
-        return self.named(found, x, self.tolerances.at(x), share)
+        return self.named(found, x, tolerances.at(x), share, of=of)
 
-    def _holds(self, x: Array) -> bool:
-        """Whether all equations hold at `x`."""
-        return self.layout.rows.holds(x, self.tolerances.at(x))
-
-    def _held(self, x: Array) -> Outcome | None:
+    def _held(self, x: Array, system: _Equations | None = None) -> Outcome | None:
         """The outcome at `x` where all equations hold, None where a solve has something to do.
 
         Most edits of a drawing that is made to measure only say what holds already: nothing of
         their structure need be analysed, which takes longer than all else.
         """
-        layout = self.layout
-        if layout.has_hidden:  # these have bounds, within which they are brought first
+        if system is None and self.layout.has_hidden:  # these are brought within bounds first
             return None
-        row, residual, share = layout.rows.worst(x, self.tolerances.at(x))
+        of, _, tolerances = system or self._everything
+        row, residual, share = of.rows.worst(x, tolerances.at(x))
         if not share <= 1.0:
             return None
-        return Outcome("solved", (), residual, layout.owner[row] if row >= 0 else "")
+        return Outcome("solved", (), residual, of.owner[row] if row >= 0 else "")
 
     def holds(self, tolerance: float) -> bool:
         """Whether no residual is larger, where the document is."""
@@ -302,18 +361,28 @@ class Solver:
 
     def left_open(self) -> list[str]:
         """Records whose equations do not hold where the document is, by far more than rounding."""
-        layout = self.layout
-        x = layout.gather().copy()
-        self.prepare(x)
-        excess = np.abs(layout.rows.evaluate(x)) / self.tolerances.at(x)
+        part = self.layout.part()
+        of = part or self.layout
+        x = of.gather().copy()
+        if part is None:
+            self.prepare(x)
+        tolerances = Tolerances(part) if part is not None else self.tolerances
+        excess = np.abs(of.rows.evaluate(x)) / tolerances.at(x)
         rows = np.flatnonzero(~(excess <= _BY_FAR))
-        return list(dict.fromkeys(layout.owner[row] for row in rows if layout.owner[row]))
+        return list(dict.fromkeys(of.owner[row] for row in rows if of.owner[row]))
 
     def _newton(
-        self, x: Array, active: NDArray[np.bool_] | None = None, guarded: bool = True
+        self,
+        x: Array,
+        active: NDArray[np.bool_] | None = None,
+        guarded: bool = True,
+        system: _Equations | None = None,
     ) -> Outcome:
-        """Solve in place from `x`, by levels."""
+        """Solve in place from `x`, by levels; a part alone, or all equations."""
         layout = self.layout
+        if system is not None:
+            tolerance = system.tolerances.at(x)
+            return self.named(system.levels.solve(x, tolerance), x, tolerance, of=system.of)
         # Trials have analyses of their own: that of the sketch is kept.
         levels = self.levels
         if not guarded:
@@ -336,9 +405,10 @@ class Solver:
         tolerance: Array,
         fraction: float = 0.0,
         converged: bool = True,
+        of: Layout | Part | None = None,
     ) -> Outcome:
         """An outcome of levels in terms of the document."""
-        layout = self.layout
+        layout = of or self.layout
         row = layout.owner[found.row] if 0 <= found.row < len(layout.owner) else ""
         guard = layout.guard_owner[found.guard] if found.guard >= 0 else ""
         open_: tuple[str, ...] = ()
@@ -400,11 +470,13 @@ class Solver:
             self._tolerances = Tolerances(layout)
             self._version = layout.version
 
-    def _new_levels(self, scales: Array | None, guarded: bool = True) -> Levels:
-        layout = self.layout
+    def _new_levels(
+        self, scales: Array | None, guarded: bool = True, of: Layout | Part | None = None
+    ) -> Levels:
+        of = of or self.layout
         return Levels(
-            layout.rows,
-            guards=layout.guards if guarded else None,
+            of.rows,
+            guards=of.guards if guarded else None,
             scales=scales,
             interruption=self.interruption,
             shortest=VANISHED,
@@ -415,6 +487,10 @@ class Solver:
         """The solver by levels, prepared."""
         assert self._levels is not None
         return self._levels
+
+    @property
+    def _everything(self) -> _Equations:
+        return _Equations(self.layout, self.levels, self.tolerances)
 
     @property
     def tolerances(self) -> Tolerances:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from arael.runtime.levels.compiled import ComponentSizes
 from arael.sketch.layout.layout import Layout
+from arael.sketch.layout.part import Part
 
 #: Largest residual of a solved sketch, relative to the size of its component.
 TOLERANCE = 1e-10
@@ -23,10 +24,10 @@ class Tolerances:
 
     Parameters
     ----------
-    layout : whose rows
+    layout : whose rows, or a part of one
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout | Part) -> None:
         self._layout = layout
         label = layout.components()
         m = layout.rows.m
