@@ -1,7 +1,7 @@
 /** The application: everything that the parts of the page share. */
 
 import { DragControl } from "./drag.js";
-import { boundsOfAll } from "./geometry/boxes.js";
+import { boundsOfAll, boundsOfSome, contains } from "./geometry/boxes.js";
 import { Picker } from "./pick.js";
 import { Pointer } from "./pointer.js";
 import { Renderer } from "./draw/renderer.js";
@@ -24,6 +24,9 @@ import { Wire } from "./wire.js";
  * @property {(text: string) => void} [change]  it is a text, not a value: called with what stands there
  * @property {string} [name]  of the dimension whose value it is: Tab goes on to the next one
  */
+
+/** Pixels around geometry and around dimensions that are shown whole. */
+const [AROUND, BEYOND] = [70, 24];
 
 /** What `mountPanels` sets is null before it. */
 export class App extends EventTarget {
@@ -89,9 +92,32 @@ export class App extends EventTarget {
     this.renderer.restyled();
   }
 
-  /** Show everything. */
+  /** Show everything: geometry and dimensions, clear of what lies over the drawing. */
   fit() {
-    this.view.fit(boundsOfAll(this.store));
+    const { view, renderer, store } = this;
+    const box = boundsOfAll(store);
+    view.fit(box);
+    if (!box) return;
+    const covered = this.covered();
+    // Most dimensions stand beside the geometry by a distance in pixels; those that were moved, in the sketch.
+    for (let i = 0; i < 5; i++) {
+      const reach = renderer.annotations.reach(renderer.ground, box);
+      const [left, right, top, bottom] = [reach.left, reach.right, reach.top, reach.bottom].map((one) => Math.max(one + BEYOND, AROUND));
+      view.fit(box, { left, right, top, bottom: Math.max(bottom, reach.bottom + BEYOND + covered) });
+    }
+  }
+
+  /** Pixels at the bottom of the drawing that the command field covers. */
+  covered() {
+    const field = this.root.querySelector("#field .field")?.getBoundingClientRect();
+    const canvas = this.canvas.getBoundingClientRect();
+    return field?.height ? Math.max(canvas.bottom - field.top, 0) : 0;
+  }
+
+  /** Follow what a command drew out of sight. @param {readonly string[]} names */
+  follow(names) {
+    const box = boundsOfSome(this.store, names);
+    if (box && !contains(this.view.visible, box)) this.fit();
   }
 
   /**

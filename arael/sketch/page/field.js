@@ -129,6 +129,7 @@ export class Field {
     this.input.value = "";
     const reply = await this.app.wire.run(text);
     if (!reply.ok && this.input.value === "") this.input.value = text;
+    this.app.follow(reply.created ?? []);
     this.past.add(text);
     remember(KEY, JSON.stringify(this.past.lines));
     this._say(text, reply);

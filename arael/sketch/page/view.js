@@ -3,6 +3,7 @@
 /**
  * @typedef {import("./types.js").Point} Point
  * @typedef {{xmin: number, ymin: number, xmax: number, ymax: number}} Box
+ * @typedef {{left: number, right: number, top: number, bottom: number}} Margins
  */
 
 const SMALLEST = 1e-9;
@@ -90,21 +91,23 @@ export class View extends EventTarget {
   /**
    * Show a rectangle of the sketch whole; null shows the origin at a usual scale.
    * @param {Box|null} box
-   * @param {number} [margin]  pixels
+   * @param {Margins} [margins]  pixels that stay free
    */
-  fit(box, margin = 70) {
+  fit(box, { left, right, top, bottom } = { left: 70, right: 70, top: 70, bottom: 70 }) {
     if (!box) {
       this.scale = 10;
       this.centre([0, 0]);
       return;
     }
-    const across = Math.max(this.width - 2 * margin, 0.3 * this.width);
-    const up = Math.max(this.height - 2 * margin, 0.3 * this.height);
+    const across = Math.max(this.width - left - right, 0.3 * this.width);
+    const up = Math.max(this.height - top - bottom, 0.3 * this.height);
     const w = box.xmax - box.xmin;
     const h = box.ymax - box.ymin;
     const scale = Math.min(w > 0 ? across / w : Infinity, h > 0 ? up / h : Infinity);
     if (Number.isFinite(scale)) this.scale = Math.min(Math.max(scale, SMALLEST), LARGEST);
-    this.centre([(box.xmin + box.xmax) / 2, (box.ymin + box.ymax) / 2]);
+    this.x = (this.width + left - right) / 2 - (this.scale * (box.xmin + box.xmax)) / 2;
+    this.y = (this.height + top - bottom) / 2 + (this.scale * (box.ymin + box.ymax)) / 2;
+    this._changed();
   }
 
   /** Part of the sketch that is visible. @returns {Box} */

@@ -14,6 +14,24 @@ POLICY = (
 )
 """Content security policy of the page: nothing from elsewhere."""
 
+_NO_TOKEN = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<title>arael sketch: the address is not complete</title>
+<style>
+  :root { color-scheme: light dark }
+  body { max-width: 34rem; margin: 15vh auto; padding: 0 1.5rem; font: 16px/1.5 sans-serif }
+  code { padding: 0.1em 0.35em; background: color-mix(in srgb, currentColor 10%, transparent) }
+</style>
+<h1>This address is not complete</h1>
+<p>The sketch is here, but its address ends in <code>?token=...</code>, a secret that keeps other
+programs out; it is missing here, or belongs to another sketch.</p>
+<p>Copy the whole address from the terminal in which <code>arael sketch --serve</code> runs (it is
+printed after <code>open</code>), or run the command again: it opens the right page.</p>
+</html>
+"""
+
 _HEADERS = [
     (b"content-security-policy", POLICY.encode()),
     (b"x-content-type-options", b"nosniff"),
@@ -54,8 +72,10 @@ class Guard:
             await receive()
             await send({"type": "websocket.close", "code": 4403, "reason": reason})
             return
-        body = f"{reason}\n".encode()
-        headers = [(b"content-type", b"text/plain; charset=utf-8"), *_HEADERS]
+        person = status == 401 and scope["path"] == "/"
+        body = (_NO_TOKEN if person else f"{reason}\n").encode()
+        kind = b"text/html" if person else b"text/plain"
+        headers = [(b"content-type", kind + b"; charset=utf-8"), *_HEADERS]
         await send({"type": "http.response.start", "status": status, "headers": headers})
         await send({"type": "http.response.body", "body": body})
 

@@ -106,7 +106,7 @@ def opened(
     worker = Worker(shared)
     shown = address.page if by_agent else "the address that the server printed"
     agents = cache(lambda: import_module(TOOLS).Agents(worker, shown))
-    tokens = {"/socket": address.token, "/mcp": address.agent_token}
+    tokens = {"/": address.token, "/socket": address.token, "/mcp": address.agent_token}
     server = Server(worker, tokens, HttpAgents(agents))
     say(f"editing {keeper.path}")
     if keeper.read_only:

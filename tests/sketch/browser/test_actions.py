@@ -263,6 +263,43 @@ def test_everything_is_shown(sheet: Any) -> None:
         assert sheet.evaluate("app.view.toScreen([200, 180])[0]") >= 0
 
 
+SPREAD = """() => {
+    const { view, renderer } = app;
+    const xs = [], ys = [];
+    for (const { lines, thin, text } of renderer.annotations.dimensions) {
+        [...lines, ...thin].forEach((one, i) => (i % 2 ? ys : xs).push(one));
+        xs.push(text.x);
+        ys.push(text.y);
+    }
+    const field = document.querySelector('#field .field').getBoundingClientRect().top;
+    const top = app.canvas.getBoundingClientRect().top;
+    const room = [view.width - Math.max(...xs), field - top - Math.max(...ys)];
+    return [Math.min(...xs), Math.min(...ys), ...room];
+}"""
+"""Pixels between dimensions and the edges: left, top, right, and to the command field."""
+
+
+def test_dimensions_are_shown_whole_and_clear_of_the_command_field(sheet: Any) -> None:
+    run(sheet, "add_rect 0,0 30,200 hv", "length L0 30", "length L1 200", "dim_pos d0 offset -60")
+    sheet.evaluate("app.fit()")
+    sheet.wait_for_timeout(100)
+    assert min(sheet.evaluate(SPREAD)) > 20
+
+
+def test_the_view_follows_what_a_command_draws_outside_of_it(sheet: Any) -> None:
+    run(sheet, "add_line 0,0 10,0")
+    sheet.evaluate("app.fit()")
+    before = sheet.evaluate("app.view.scale")
+    for text, moved in (("add_line 2,1 8,1", False), ("add_circle 500,500 20", True)):
+        sheet.locator("#command").fill(text)
+        sheet.locator("#command").press("Enter")
+        wait(sheet, f"app.store.entities.size === {3 if moved else 2}")
+        sheet.wait_for_timeout(100)
+        assert (sheet.evaluate("app.view.scale") < before) == moved
+    box = sheet.evaluate("app.view.visible")
+    assert box["xmin"] < 0 and box["xmax"] > 520 and box["ymax"] > 520
+
+
 PANELS = ("selection", "parameters", "relations", "freedom", "history")
 
 

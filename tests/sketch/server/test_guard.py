@@ -21,7 +21,8 @@ from tests.sketch.server.client import Mirror, encoded  # noqa: E402
 from tests.sketch.server.shared import shared_sketch  # noqa: E402
 
 HERE = "http://127.0.0.1:8123"
-TOKENS = {"/socket": "secret", "/mcp": "other"}
+TOKENS = {"/": "secret", "/socket": "secret", "/mcp": "other"}
+PAGE = "/?token=secret"
 SOCKET = "/socket?token=secret&window=w1"
 
 
@@ -99,7 +100,15 @@ def test_names_that_lead_here_are_refused(client: TestClient, host: str) -> None
 
 
 def test_localhost_is_a_host(client: TestClient) -> None:
-    assert client.get("/", headers={"host": "localhost:8123"}).status_code == 200
+    assert client.get(PAGE, headers={"host": "localhost:8123"}).status_code == 200
+
+
+@pytest.mark.parametrize("url", ["/", "/?token=", "/?token=wrong", "/?token=other"])
+def test_an_address_without_its_token_says_what_to_do(client: TestClient, url: str) -> None:
+    answer = client.get(url)
+    assert answer.status_code == 401 and "text/html" in answer.headers["content-type"]
+    assert "Copy the whole address from the terminal" in answer.text
+    assert "script" not in answer.text and "secret" not in answer.text.replace("a secret that", "")
 
 
 def test_agents_need_a_token_of_their_own(client: TestClient) -> None:
@@ -108,7 +117,7 @@ def test_agents_need_a_token_of_their_own(client: TestClient) -> None:
 
 
 def test_static_files_come_with_a_policy(client: TestClient) -> None:
-    for path, kind in (("/", "text/html"), ("/draw/a.js", "javascript")):
+    for path, kind in ((PAGE, "text/html"), ("/draw/a.js", "javascript")):
         answer = client.get(path)
         assert answer.status_code == 200 and kind in answer.headers["content-type"]
         assert "default-src 'self'" in answer.headers["content-security-policy"]

@@ -81,6 +81,32 @@ export class Annotations {
     this._moving = { dimensions: [], constraints: [] };
   }
 
+  /**
+   * How far dimensions reach beyond a rectangle of the sketch, in pixels; they are laid out for the view as it is.
+   * @param {CanvasRenderingContext2D} ctx @param {import("../view.js").Box} box
+   * @returns {import("../view.js").Margins}
+   */
+  reach(ctx, box) {
+    if (!this.fits) this.layout(ctx);
+    const [x1, y1] = this.view.toScreen([box.xmin, box.ymax]);
+    const [x2, y2] = this.view.toScreen([box.xmax, box.ymin]);
+    const xs = [x1, x2];
+    const ys = [y1, y2];
+    for (const { lines, thin, arcs, text, half } of this.dimensions) {
+      for (const [i, one] of [...lines, ...thin].entries()) (i % 2 ? ys : xs).push(one);
+      for (const [x, y, r] of arcs) {
+        xs.push(x - r, x + r);
+        ys.push(y - r, y + r);
+      }
+      const [w, h] = [Math.abs(Math.cos(text.angle)), Math.abs(Math.sin(text.angle))];
+      xs.push(text.x - w * half - 8 * h, text.x + w * half + 8 * h);
+      ys.push(text.y - h * half - 8 * w, text.y + h * half + 8 * w);
+    }
+    return {
+      left: x1 - Math.min(...xs), right: Math.max(...xs) - x2, top: y1 - Math.min(...ys), bottom: Math.max(...ys) - y2,
+    };
+  }
+
   /** Part what is shown into what a drag of these entities moves, and what it does not. @param {Pick<ReadonlySet<string>, "has">} moved */
   split(moved) {
     const { store } = this;
