@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from arael.result import Result
     from arael.runtime.problem import Problem
     from arael.schedule import Pass
+    from arael.solution import Solution
     from arael.tangent_problem import TangentProblem
 
 
@@ -310,6 +311,13 @@ class Model(Displayed, Fields):
     ) -> Result:
         """Minimise the cost and store the solution; see `arael.solving.solve`."""
         return solving.solve(self, config, solver, passes, **settings)
+
+    def _solution(self, result: Result) -> Solution:
+        """What a result of this model is asked by; see `arael.Result.sensitivity`."""
+        # imported here: start-up time
+        from arael.solution import solution_of
+
+        return solution_of(self, result)
 
     def prepare(
         self,

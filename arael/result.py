@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
 from arael.statuses import CONVERGED
 
 if TYPE_CHECKING:
+    from arael.analysis.influence import Influence
+    from arael.analysis.propagation import Propagation
+    from arael.analysis.sensitivities import Sensitivity
     from arael.notes import Note
     from arael.runtime.levenberg.outcomes import Components
 
@@ -121,7 +125,8 @@ class Result(Displayed):
         return notes
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "checks": self.notes}
+        kept = {k: v for k, v in self.__dict__.items() if k not in ("model", "solution")}
+        return {**kept, "checks": self.notes}
 
     @property
     def cost(self) -> float:
@@ -137,6 +142,91 @@ class Result(Displayed):
     def seconds(self) -> float:
         """Wall time of everything, preparation and analysis included."""
         return self.timing["total"]
+
+    def sensitivity(
+        self, of: str, to: str | Iterable[str] | None = None, exact: bool = False
+    ) -> Sensitivity:
+        """Derivatives of a solved quantity by data, fixed parameters and active bounds.
+
+        By the implicit function theorem, with one solve for each scalar of the quantity however
+        much data there is. The model must have the values of this solve.
+
+        Parameters
+        ----------
+        of : a scalar (``"cam.f"``, ``"poses[3].pos.x"``), a parameter or a row, whose scalars are
+            taken together, or a formula over the model (``"norm(poses[3].pos)"``)
+        to : path of a column (``"views.uv"``, ``"board.square"``), of what contains columns, or
+            several paths; None: everything. A parameter stands for what is fixed or frozen of it,
+            ``"k.low"`` and ``"k.high"`` for a bound it is on
+        exact : False: with the Hessian of Gauss-Newton, which leaves out terms in which residuals
+            multiply second derivatives; True: with all terms
+
+        Raises
+        ------
+        SolveError
+            E1008: directions are free; they are named.
+        AraelError
+            E1060: no such path, a model that was changed, or no strict minimum.
+        """
+        found: Sensitivity = self._solution().sensitivity(of, to, exact)
+        return found
+
+    def _solution(self) -> Any:
+        model = self.__dict__.get("model")
+        if model is None:
+            raise AraelError(
+                Diagnostic(
+                    "E1060",
+                    "this result has no model: it comes from another process, or is of one pass",
+                    origin="result",
+                    help=("ask the result that `model.solve()` returned",),
+                )
+            )
+        return model._solution(self)
+
+    def propagate(
+        self,
+        uncertain: Mapping[str, Any],
+        of: str | Iterable[str] | None = None,
+        exact: bool = False,
+    ) -> Propagation:
+        """Covariance of the solution with errors of data, of constants, of fixed parameters.
+
+        The covariance of `arael.Model.covariance` counts the errors that the residuals are whitened
+        by, and takes all else as exact. What the errors of `uncertain` add to it, independent of
+        these, is given separately ("consider covariance").
+
+        Parameters
+        ----------
+        uncertain : standard deviations by path, ``{"board.square": 1e-3}``: one number for all
+            entries of a column, which are independent, or an array of its shape
+        of : parameters or formulas as in `sensitivity`, or several; None: all scalars, if they are
+            not more than 300
+        exact : as in `sensitivity`
+
+        Raises
+        ------
+        SolveError, AraelError
+            As `sensitivity`; E1060 also for standard deviations that do not fit.
+        """
+        found: Propagation = self._solution().propagate(uncertain, of, exact)
+        return found
+
+    def influence(self, of: str | None = None, scale: str = "known") -> Influence:
+        """Leverage and Cook's distance of each observation, and those that decide a scalar.
+
+        Parameters
+        ----------
+        of : a scalar, or a formula with one value; None: no scalar
+        scale : as of `arael.Model.covariance`, for Cook's distance
+
+        Raises
+        ------
+        SolveError, AraelError
+            As `sensitivity`; E1035 an unknown scale.
+        """
+        found: Influence = self._solution().influence(of, scale)
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON: no arrays."""

@@ -1,4 +1,4 @@
-"""Marginals after a solve, with the analysis and the memory of the session's linear solver.
+"""Marginals and products with the inverse after a solve, in the memory of its linear solver.
 
 A covariance of its own analyses the system, asks eigenvalues and allocates a factor: a hundred
 milliseconds for thousands of unknowns. Right after a solve the session has all of it. J'J at the
@@ -57,6 +57,13 @@ class SessionFactor:
                 self.solver.forward(unit[:, k])
                 y[k] = storage[places]
         return y @ y.T
+
+    def solved(self, right: Floats) -> Floats | None:
+        """(n,) or (n, k) ``(J'J)^-1 right`` over the system; None if there is no factor now."""
+        with self.session.held() as session:
+            if session is not self.session or session.stamp != self.stamp:
+                return None
+            return np.array(self.solver.solved(right), dtype=np.float64)
 
 
 def session_factor(model: Any, problem: Problem) -> SessionFactor | None:

@@ -172,7 +172,9 @@ def solve(
                 break
         if outcome.status != "aborted":  # a function that was interrupted is not called again
             take_notes(session, problem, linear, outcome, results)
-    return joined(results, layout.name)
+    found = joined(results, layout.name)
+    found.__dict__["model"] = model
+    return found
 
 
 def frozen_by(

@@ -70,7 +70,7 @@ MAY_IMPORT = {
     "runtime": {*DATA, "operations"},
     "io": {*DATA, "runtime", "starts"},
     "metrics": {"diagnostics", "io", "runtime"},
-    "analysis": {*DATA, "display", "geometry", "runtime"},
+    "analysis": {*DATA, "display", "geometry", "runtime", "symbolic"},
     "geometry": {"diagnostics"},
     "scenes": {"geometry", "runtime"},
     "starts": {*DATA, "runtime", "session", "solving"},

@@ -122,7 +122,7 @@ class Covariance(Displayed):
             refuse_free_directions(self._equations)
             self._solver = self._equations.solver
         if scale != "known":
-            self.factor = _variance(problem, len(self.names) - len(self.free_directions))
+            self.factor = residual_variance(problem, len(self.names) - len(self.free_directions))
 
     @cached_property
     def _equations(self) -> NormalEquations:
@@ -561,7 +561,7 @@ def check_scale(scale: str) -> None:
         )
 
 
-def _variance(problem: Problem, parameters: int) -> float:
+def residual_variance(problem: Problem, parameters: int) -> float:
     """Variance of a residual, from the scatter of all."""
     table = cost_table(problem)
     count = sum(table.residuals.values())

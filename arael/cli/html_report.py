@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from arael.cli.questions import tables_of
 from arael.display.measured import measured
 from arael.io.files import shown, write_whole
 from arael.plot.history import history_figure
@@ -31,6 +32,7 @@ def write_report(
     layout: Layout,
     result: Result,
     solution: Solution,
+    answers: Sequence[Any],
     model: str,
     data: str,
     path: str,
@@ -54,7 +56,7 @@ def write_report(
         scalars=[(s.name, *measured(s.value, s.sigma), s.unit, s.note) for s in solution.scalars],
         scalar_head=_SCALARS,
         notes=solution.notes,
-        tables=list(_tables(instance, result, solution)),
+        tables=[*_tables(instance, result, solution), *tables_of(answers)],
         figures=[(name, _svg(figure)) for name, figure in _figures(instance, layout, result)],
     )
     write_whole(path, lambda file: file.write(text.encode()))

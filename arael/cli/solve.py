@@ -30,6 +30,7 @@ from arael.cli.options import (
     threads_option,
 )
 from arael.cli.partition import Partition, check_partition, partition_options, solve_columns
+from arael.cli.questions import Questions, as_dict, lines_of, question_options
 from arael.cli.solution import check_shown, solution_of
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.io import formats
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Standard errors for whitened residuals, or scaled by their scatter; with --summary.",
 )
+@question_options
 @plot_option
 @click.option(
     "--report",
@@ -117,6 +119,8 @@ def command(
     shown: tuple[str, ...],
     summary: bool,
     scale: str,
+    sensitivity: tuple[str, ...],
+    uncertain: tuple[str, ...],
     plot: str | None,
     report: str | None,
     as_json: bool,
@@ -151,6 +155,8 @@ def command(
                 ("--report", report),
                 ("--show", shown),
                 ("--summary", summary),
+                ("--sensitivity", sensitivity),
+                ("--uncertain", uncertain),
                 ("--output-format", output_format),
                 ("--init", init not in ("auto", "file")),
             )
@@ -180,9 +186,11 @@ def command(
     if output is not None and Path(output).is_dir():
         raise click.BadParameter(f"File '{output}' is a directory.", param_hint="'-o' / '--output'")
     _check_targets(output, covariance, plot, report)
+    questions = Questions.of(sensitivity, uncertain)
     kernels = _check_kernels(interpret, compiled)
     _note_threads(threads)
-    check_partition(parts, {"--solver": solver != "auto"})
+    asked = {"--sensitivity": sensitivity, "--uncertain": uncertain}
+    check_partition(parts, {"--solver": solver != "auto", **asked})
     loaded: Any = arael.load(model, precision=precision, interpret=kernels)  # type: ignore[arg-type]
     if parts.wanted and len(data) == 1 and _in_columns(data[0], format):
         unused = {
@@ -217,19 +225,32 @@ def command(
         result = run(instance, solver, strategy, passes, threads, max_iters, verbose, as_json)
     solution = solution_of(instance, loaded.layout, shown)
     details = instance.report(scale) if summary else None
+    answers = questions.answers(result, scale)
     if not as_json:
         click.echo(str(result))
         for text in solution.lines():
             click.echo(text)
         if details is not None:
             click.echo(str(details))
+        for text in lines_of(answers):
+            click.echo(text)
         if result.status == "aborted":
             click.echo("interrupted: this is the best state found so far", err=True)
     if note:
         click.echo(f"note: {note}", err=True)
     written = _write_all(instance, loaded.layout, result, target, covariance, plot)
     if report is not None:
-        _write_report(instance, loaded.layout, result, solution, scale, model, joined(data), report)
+        _write_report(
+            instance,
+            loaded.layout,
+            result,
+            solution,
+            answers,
+            scale,
+            model,
+            joined(data),
+            report,
+        )
         written.append(report)
     if as_json:
         found = {
@@ -239,6 +260,7 @@ def command(
             **outcome.as_dict(result),
             **_with_notes(solution.as_dict(), result),
             **({} if details is None else {"report": outcome.plain(details.to_dict())}),
+            **as_dict(answers),
             "written": written,
         }
         click.echo(json.dumps(found))
@@ -373,6 +395,7 @@ def _write_report(
     layout: Layout,
     result: Any,
     solution: Any,
+    answers: list[Any],
     scale: str,
     model: str,
     data: str,
@@ -384,11 +407,12 @@ def _write_report(
     if ending in (".md", ".txt"):
         from arael.cli.text_report import write_text_report
 
-        write_text_report(instance, result, solution, scale, model, data, path, ending == ".md")
+        markdown = ending == ".md"
+        write_text_report(instance, result, solution, answers, scale, model, data, path, markdown)
         return
     from arael.cli.html_report import write_report
 
-    write_report(instance, layout, result, solution, model, data, path)
+    write_report(instance, layout, result, solution, answers, model, data, path)
 
 
 def _check_targets(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from arael.cli.questions import lines_of
 from arael.io.files import shown, write_whole
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ def write_text_report(
     instance: Any,
     result: Result,
     solution: Solution,
+    answers: Sequence[Any],
     scale: str,
     model: str,
     data: str,
@@ -30,14 +32,14 @@ def write_text_report(
         E0715 if the file cannot be written; an old file is then unchanged.
     """
     title = f"{shown(model)} on {shown(data)}"
-    sections = _sections(instance, result, solution, scale)
+    sections = _sections(instance, result, solution, answers, scale)
     lines = list(_markdown(title, sections) if markdown else _plain(title, sections))
     text = "\n".join(lines) + "\n"
     write_whole(path, lambda file: file.write(text.encode()))
 
 
 def _sections(
-    instance: Any, result: Result, solution: Solution, scale: str
+    instance: Any, result: Result, solution: Solution, answers: Sequence[Any], scale: str
 ) -> Iterator[tuple[str, list[str]]]:
     """Title and lines of each section that is not empty."""
     yield "Result", str(result).splitlines()
@@ -45,6 +47,8 @@ def _sections(
     if found:
         yield "Solution", found
     yield "Report", str(instance.report(scale)).splitlines()
+    if answers:
+        yield "Questions", list(lines_of(answers))
     yield "Cost by constraint", str(instance.cost_table()).splitlines()
     phases = result.timing
     width = max((len(name) for name in phases), default=0)

@@ -356,6 +356,18 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
             return values
         return float(values[0]) if values.ndim == 1 else values[0]
 
+    def probed(self, text: str, frozen: frozenset[str] = frozenset()) -> tuple[Problem, int]:
+        """A problem with a formula as its last group, and the number of that group.
+
+        Raises
+        ------
+        AraelError
+            E01xx-E06xx: all mistakes of the text with their places.
+        """
+        derived = self._derive(RuntimeResidual(text, "value"), constant_too=True)
+        posed = self._pose([derived])
+        return self._problem_of(posed, frozen), len(posed.layout.groups) - 1
+
     def unweighted(self, label: str) -> tuple[Array, Array]:
         """Residuals (rows, m) of one without its loss: without factors of data alone, and with.
 
@@ -506,14 +518,17 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         return self._rows_of(self.posed(), self._number(label))
 
     def _rows_of(self, posed: AugmentedModel, number: int) -> Array:
+        values: Array = self._problem_of(posed).evaluation.group_rows(number)[0]
+        return values
+
+    def _problem_of(self, posed: AugmentedModel, frozen: frozenset[str] = frozenset()) -> Problem:
         posed.check()
         compiled = self._model._compiled
-        problem = Problem(
+        return Problem(
             posed.layout,
             posed,
             compiled.kernels,
+            frozen=frozen,
             programs=posed.programs,
             bindings={**compiled.bindings, **posed.bindings},
         )
-        values: Array = problem.evaluation.group_rows(number)[0]
-        return values

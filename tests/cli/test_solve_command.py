@@ -434,3 +434,34 @@ def test_what_g2o_cannot_hold_is_told_before_the_solve(arael: Arael, loop: Path)
     assert "poses[0]" in done.err
     assert done.out == ""
     assert not (loop / "out.g2o").exists()
+
+
+def test_questions_to_the_solution(
+    arael: Arael, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sensitivity, influence and uncertain data: as text, as JSON, in reports."""
+    (tmp_path / "fit.arael").write_text(
+        "struct Point { x: real\n y: real\n"
+        "constraint fit { root.a * x + root.b - y + root.bias } }\n"
+        "root Line { param a: real = 0\n param b: real = 0\n bias: real = 0\n"
+        "points: list of Point }"
+    )
+    monkeypatch.chdir(tmp_path)
+    points = [{"x": x, "y": y} for x, y in ((0, 0.1), (1, 0.9), (2, 2.2), (3, 2.8))]
+    (tmp_path / "fit.json").write_text(json.dumps({"points": points}))
+    base = ("solve", "fit.arael", "fit.json", "--interpret", "--sensitivity", "a")
+    base += ("--uncertain", "bias=0.25")
+    done = arael(*base, "--report", "r.html")
+    assert done.code == 0
+    assert "sensitivity of a (Gauss-Newton Hessian)" in done.out
+    assert "observations that decide a" in done.out
+    assert "standard errors with uncertain data" in done.out
+    assert "observations" in (tmp_path / "r.html").read_text()
+    found = arael(*base, "--report", "r.md", "--json").json
+    assert found["sensitivity"][0]["by"]["points.y"] == pytest.approx([-0.3, -0.1, 0.1, 0.3])
+    assert found["influence"][0]["deciding"][0]["share"] == pytest.approx(0.45)
+    assert found["propagation"][0]["by"]["bias"] == pytest.approx([0, 0.25], abs=1e-9)
+    assert "standard errors with uncertain data" in (tmp_path / "r.md").read_text()
+    wrong = arael("solve", "fit.arael", "fit.json", "--interpret", "--uncertain", "bias")
+    assert wrong.code == 2
+    assert "E0852" in wrong.err and "expected PATH=SIGMA" in wrong.err

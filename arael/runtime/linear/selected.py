@@ -14,6 +14,8 @@ follows the forward sweep of the factorisation.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -67,6 +69,34 @@ class SelectedInverse:
             at = place - int(self._first[front])
             found[k] = self._blocks[front][at : at + size, at : at + size]
         return found
+
+    def entries(self, scalars: Ints) -> Floats:
+        """(m, k, k) entries between the scalars (m, k) of each row; 0 where the factor has none."""
+        places = self._place[scalars]
+        low = np.minimum(places[:, :, None], places[:, None, :]).ravel()
+        high = np.maximum(places[:, :, None], places[:, None, :]).ravel()
+        keys, values = self._sorted
+        at = np.searchsorted(keys, low * len(self._place) + high)
+        at = np.minimum(at, len(keys) - 1)
+        there = keys[at] == low * len(self._place) + high
+        found = np.where(there, values[at], 0.0)
+        return found.reshape(*scalars.shape, scalars.shape[1])
+
+    @cached_property
+    def _sorted(self) -> tuple[Ints, Floats]:
+        """Keys ``column n + row`` of all entries of the lower triangle, ascending, and values."""
+        n = len(self._place)
+        keys, values = [], []
+        for first, count, below, block in zip(
+            self._first, self._columns, self._rows, self._blocks, strict=True
+        ):
+            columns = first + np.arange(count)
+            rows = np.concatenate([columns, below])
+            keys.append((columns[:, None] * n + rows).ravel())
+            values.append(block.T.ravel())
+        key = np.concatenate(keys)
+        order = np.argsort(key, kind="stable")
+        return key[order], np.concatenate(values)[order]
 
     def diagonal(self) -> Floats:
         """(n,) diagonal of the inverse."""

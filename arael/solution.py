@@ -1,0 +1,195 @@
+"""What a solution can be asked: sensitivities, the effect of uncertain data, influence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.records import AraelError, Diagnostic
+from arael.solving import problem_of
+
+if TYPE_CHECKING:
+    from arael.analysis.influence import Influence
+    from arael.analysis.propagation import Propagation
+    from arael.analysis.sensitivities import Quantity, Sensitivities, Sensitivity
+    from arael.result import Result
+
+
+class Solution:
+    """A solved model, as long as its values are those of the solve.
+
+    The factor of its normal equations serves all questions.
+
+    Parameters
+    ----------
+    model : the instance
+    frozen : paths of parameters that the last pass froze
+    x, cost : what it was solved to, as `arael.Result.x`, and its cost; None: the present values
+
+    Raises
+    ------
+    AraelError
+        E1060: the model has other values or other data now.
+    SolveError
+        E1008: directions are free; they are named.
+    """
+
+    def __init__(
+        self, model: Any, frozen: Iterable[str] = (), x: Any = None, cost: float | None = None
+    ) -> None:
+        # imported here: start-up time
+        from arael.analysis.implicit import ImplicitSystem
+        from arael.session_factor import session_factor
+
+        self.model, self.frozen = model, frozenset(frozen)
+        model._store.check_complete()
+        self.problem = problem_of(model, self.frozen)
+        now = self.problem.x
+        if x is not None and not (len(now) == len(x) and np.array_equal(now, x)):
+            raise self._changed("values")
+        if cost is not None and not self._has_cost(cost):
+            raise self._changed("data")
+        self.system = ImplicitSystem(self.problem, session_factor(model, self.problem))
+
+    def _changed(self, what: str) -> AraelError:
+        return AraelError(
+            Diagnostic(
+                "E1060",
+                f"the model has other {what} than at the end of this solve",
+                origin=self.problem.layout.name,
+                help=("solve again, and ask the result of that solve",),
+            )
+        )
+
+    def _has_cost(self, cost: float) -> bool:
+        """Whether the cost is still that of the solve, or does not tell.
+
+        Where constraints read stored values of parameters, these are other values after a solve.
+        """
+        layout = self.problem.layout
+        if any(
+            layout.table(group.slots[raw.slot].table).column(raw.column).role == "param"
+            for group in layout.groups
+            for raw in group.raw
+            if not raw.column.endswith("?") and "#" not in raw.column
+        ):
+            return True
+        single = layout.precision == "f32"
+        now = self.problem.cost()
+        return abs(now - cost) <= (1e-3 if single else 1e-8) * max(now, cost) + 1e-20
+
+    def is_current(self, x: Any) -> bool:
+        """Whether the model still has the data and the values of this solution."""
+        now = problem_of(self.model, self.frozen)
+        return (
+            now.structure is self.problem.structure
+            and np.array_equal(now.x, x)
+            and all(
+                a is b or (np.array_equal(a.data, b.data) and np.array_equal(a.uniform, b.uniform))
+                for a, b in zip(now.instances, self.problem.instances, strict=True)
+            )
+        )
+
+    def sensitivity(
+        self, of: str, to: str | Iterable[str] | None = None, exact: bool = False
+    ) -> Sensitivity:
+        """Derivatives of a quantity; see `arael.Result.sensitivity`."""
+        # imported here: start-up time
+        from arael.analysis.sensitivities import paths_of
+
+        paths = paths_of(to)
+        return self.sensitivities().of(self.quantity(of), paths, bool(exact))
+
+    def sensitivities(self) -> Sensitivities:
+        """Derivatives of quantities of this solution."""
+        # imported here: start-up time
+        from arael.analysis.sensitivities import Sensitivities
+
+        return Sensitivities(self.system)
+
+    def propagate(
+        self, uncertain: Mapping[str, Any], of: str | Iterable[str] | None, exact: bool
+    ) -> Propagation:
+        """Covariance with uncertain data; see `arael.Result.propagate`."""
+        # imported here: start-up time
+        from arael.analysis.propagation import all_scalars, propagate
+        from arael.analysis.sensitivities import joined
+
+        if not isinstance(uncertain, Mapping) or not all(isinstance(k, str) for k in uncertain):
+            expected = "standard deviations by path of data"
+            help = '`propagate({"board.square": 1e-3})`'
+            raise wrong_argument("propagate", "uncertain", expected, uncertain, help)
+        sensitivities = self.sensitivities()
+        if of is None:
+            quantity = all_scalars(sensitivities)
+        else:
+            quantity = joined([self.quantity(t) for t in ([of] if isinstance(of, str) else of)])
+        return propagate(sensitivities, quantity, uncertain, bool(exact))
+
+    def influence(self, of: str | None, scale: str) -> Influence:
+        """Influence of the observations; see `arael.Result.influence`."""
+        # imported here: start-up time
+        from arael.analysis.covariance import check_scale, residual_variance
+        from arael.analysis.influence import Influence
+
+        check_scale(scale)
+        variance = 1.0
+        if scale != "known":
+            variance = residual_variance(self.problem, len(self.system.free))
+        quantity = None if of is None else self.quantity(of)
+        if quantity is not None and len(quantity.names) > 1:
+            raise AraelError(
+                Diagnostic(
+                    "E1060",
+                    f"`{of}` has {len(quantity.names)} scalars",
+                    origin="influence",
+                    help=(f"take one of them: `{quantity.names[0]}`",),
+                )
+            )
+        return Influence(self.system, quantity, variance)
+
+    def quantity(self, text: str) -> Quantity:
+        """A scalar, the scalars of a parameter or a row, or a formula over the model."""
+        # imported here: start-up time
+        from arael.analysis.adjoint import by_tangent, in_system, value_products
+        from arael.analysis.sensitivities import Quantity, named_quantity
+
+        if not isinstance(text, str):
+            raise wrong_argument("sensitivity", "of", "a parameter or a formula", text)
+        found = named_quantity(self.problem, self.system.free, text)
+        if found is not None:
+            return found
+        probed, number = self.model.residuals.probed(text, self.frozen)
+        group = probed.layout.groups[number]
+        count = len(probed.structure.active[number]) * group.residuals
+        if count != group.residuals:
+            raise AraelError(
+                Diagnostic(
+                    "E1060",
+                    f"`{text:.60}` has {count} values",
+                    origin="sensitivity",
+                    help=("name a single row: `poses[3].pos.x`",),
+                )
+            )
+        direct = tuple(value_products(probed, number, row) for row in np.eye(group.residuals))
+        by_parameters = [in_system(probed, by_tangent(probed, one.states)) for one in direct]
+        names = (text,) if count == 1 else tuple(f"{text}[{k}]" for k in range(count))
+        return Quantity(text, names, np.array(by_parameters), direct)
+
+
+def solution_of(model: Any, result: Result) -> Solution:
+    """The solution of a result of a model, whose factor is kept with it.
+
+    Raises
+    ------
+    AraelError
+        E1060: the model has other values or other data now.
+    """
+    known: Solution | None = result.__dict__.get("solution")
+    if known is None or not known.is_current(result.x):
+        known = Solution(model, result.frozen, result.x, result.end_cost)
+        result.__dict__["solution"] = known
+    return known
