@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from arael.analysis.report import Report
     from arael.analysis.residual_values import ResidualValues
     from arael.config import LmConfig
+    from arael.plot.map import View
+    from arael.plot.problem import What
     from arael.residuals.code import CodeResidual, CodeUpdate
     from arael.residuals.collection import Residuals
     from arael.result import Result
@@ -336,16 +338,28 @@ class Model(Displayed, Fields):
 
         prepare(self, solver, passes, **settings)
 
-    def plot(self) -> Figure:
-        """Draw the points of the model and their links from above; else the pattern of its Hessian.
+    def plot(self, what: What = "auto", view: View = "auto") -> Figure:
+        """Draw the model at its current values.
 
-        Points are the plain parameters of two or three components of all rows. Needs matplotlib
-        (E0860); `arael solve --plot` also draws the history of a solve.
+        Needs matplotlib (E0860); `arael solve --plot` also draws the history of a solve.
+
+        Parameters
+        ----------
+        what : ``map``: places of rows (vectors of two or three numbers and transforms), paths,
+            links, and ellipses of two sigmas where the problem is determined; ``residuals``:
+            whitened, by constraint, with the weights of losses; ``hessian``: its pattern; ``auto``:
+            the first of these that the model has
+        view : of the map: ``xy``, ``xz``, ``yz``, ``3d``; ``auto`` shows most
+
+        Raises
+        ------
+        AraelError
+            E0828: an unknown `what` or `view`, or no such picture of this model.
         """
         # imported here: start-up time
         from arael.plot.problem import model_figure
 
-        return model_figure(self, self._compiled.layout)
+        return model_figure(self, self._compiled.layout, what, view, self._compiled.layout.name)
 
     def serialize(self) -> NDArray[np.float64]:
         """Values of all free parameters, as one vector of stored scalars.

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ from arael.analysis.cost_table import cost_table
 from arael.analysis.covariance import Covariance, check_scale
 from arael.analysis.diagnosis import diagnose
 from arael.analysis.scalars import tangent_units
-from arael.analysis.sigmas import MOST_SCALARS, sigmas
+from arael.analysis.sigmas import sigmas
 from arael.display.displayed import Displayed
 from arael.display.measured import measured, rounded
 from arael.display.sheet import Sheet
@@ -34,7 +36,11 @@ _CHANCE = 1e-4
 _DENSE = 2000
 """Most scalars whose correlations are computed."""
 _SHOWN = 50
-"""Most parameters listed as text."""
+"""Most parameters listed one by one; those of collections are summarised where there are more."""
+_MOST = 20_000
+"""Largest system whose standard errors are computed, in about a second."""
+_ROW = re.compile(r"([^\[]+)(\[.*?\])(.*)", re.DOTALL)
+"""Name of a scalar in a collection: path, row, and the rest."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +158,49 @@ class Estimate:
         return " ".join(part for part in parts if part)
 
 
+@dataclass(frozen=True)
+class Column:
+    """One scalar of all rows of a collection, summarised.
+
+    Attributes
+    ----------
+    name : with ``*`` for the row: ``poses[*].t.x``
+    estimates : of the rows
+    """
+
+    name: str
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def values(self) -> tuple[float, float] | None:
+        """Least and largest value; None for scalars of rotations."""
+        found = [one.value for one in self.estimates if one.value is not None]
+        return (min(found), max(found)) if found else None
+
+    @property
+    def sigmas(self) -> tuple[float, float, Estimate] | None:
+        """Median and largest standard error, and what has the largest; None without any."""
+        found = sorted((e for e in self.estimates if e.sigma is not None), key=_sigma)
+        return (_sigma(found[len(found) // 2]), _sigma(found[-1]), found[-1]) if found else None
+
+    def __str__(self) -> str:
+        parts = [f"{len(self.estimates)} values"]
+        if self.values is not None:
+            parts.append(f"{self.values[0]:.6g} to {self.values[1]:.6g}")
+        if self.sigmas is not None:
+            median, largest, one = self.sigmas
+            parts.append(f"standard error {median:.3g} at the median, {largest:.3g} of {one.name}")
+        notes = sum(bool(one.note) for one in self.estimates)
+        if notes:
+            parts.append(f"{notes} with notes")
+        unit = self.estimates[0].unit
+        return "; ".join(parts) + (f" [{unit}]" if unit else "")
+
+
+def _sigma(one: Estimate) -> float:
+    return math.nan if one.sigma is None else one.sigma
+
+
 @dataclass(frozen=True, repr=False)
 class Report(Displayed):
     """A solution and how much it can be trusted; print it, or read its fields.
@@ -184,22 +233,51 @@ class Report(Displayed):
 
     def _lines(self) -> Iterator[str]:
         yield "parameters"
-        width = max((len(one.name) for one in self.parameters), default=0)
-        for one in self.parameters[:_SHOWN]:
-            yield f"  {one.name:<{width}} = {one}"
-        if len(self.parameters) > _SHOWN:
-            yield f"  ... {len(self.parameters) - _SHOWN} more"
+        listed: list[tuple[str, Estimate | Column]] = [(e.name, e) for e in self._listed()]
+        listed += [(c.name, c) for columns in self._summarised().values() for c in columns]
+        width = max((len(name) for name, _ in listed), default=0)
+        yield from (f"  {name:<{width}} = {one}" for name, one in listed)
+        if len(self._single) > len(self._listed()):
+            yield f"  ... {len(self._single) - len(self._listed())} more"
         if self.correlations:
             yield "correlations above 0.9"
             pairs = [(f"{a}, {b}", rho) for a, b, rho in self.correlations]
             width = max(len(pair) for pair, _ in pairs)
             yield from (f"  {pair:<{width}}  {rho:+.4f}" for pair, rho in pairs)
         yield "fit"
-        yield from (f"  {name:<24} {text}" for name, text in self._figures())
+        yield from (f"  {name:<24} {text}" for name, text in self.figures())
         yield from (f"suspicious: {one}" for one in self.findings)
         yield from (f"note: {one}" for one in self.notes)
 
-    def _figures(self) -> Iterator[tuple[str, str]]:
+    @cached_property
+    def collections(self) -> dict[str, tuple[Column, ...]]:
+        """Parameters of collections by path, a `Column` for each scalar of their rows."""
+        found: dict[str, dict[str, list[Estimate]]] = {}
+        for one in self.parameters:
+            match = _ROW.fullmatch(one.name)
+            if match:
+                path, _, rest = match.groups()
+                found.setdefault(path, {}).setdefault(f"{path}[*]{rest}", []).append(one)
+        return {
+            path: tuple(Column(name, tuple(rows)) for name, rows in columns.items())
+            for path, columns in found.items()
+        }
+
+    @cached_property
+    def _single(self) -> tuple[Estimate, ...]:
+        """What is listed one by one: all parameters, or where they are many those of the root."""
+        if len(self.parameters) <= _SHOWN:
+            return self.parameters
+        return tuple(one for one in self.parameters if not _ROW.fullmatch(one.name))
+
+    def _listed(self) -> tuple[Estimate, ...]:
+        return self._single[:_SHOWN]
+
+    def _summarised(self) -> dict[str, tuple[Column, ...]]:
+        return self.collections if len(self.parameters) > _SHOWN else {}
+
+    def figures(self) -> Iterator[tuple[str, str]]:
+        """Name and text of each number of the fit."""
         of = self.statistics
         yield "residuals", str(of.residuals)
         yield "degrees of freedom", str(of.freedom)
@@ -218,12 +296,24 @@ class Report(Displayed):
     def _sheet(self) -> Sheet:
         rows = [
             (one.name, *measured(one.value, one.sigma, _DIGITS), one.unit, one.note)
-            for one in self.parameters[:_SHOWN]
+            for one in self._listed()
         ]
-        more = len(self.parameters) - _SHOWN
+        for columns in self._summarised().values():
+            for column in columns:
+                low_high, spread = column.values, column.sigmas
+                rows.append(
+                    (
+                        column.name,
+                        "" if low_high is None else f"{low_high[0]:.6g} to {low_high[1]:.6g}",
+                        "" if spread is None else f"up to {spread[1]:.3g}",
+                        column.estimates[0].unit,
+                        f"{len(column.estimates)} values",
+                    )
+                )
+        more = len(self._single) - len(self._listed())
         notes = [
             *([f"{more} more parameters"] if more > 0 else []),
-            ", ".join(f"{name} {text}" for name, text in self._figures()),
+            ", ".join(f"{name} {text}" for name, text in self.figures()),
             *(f"correlation of {a} and {b}: {rho:+.4f}" for a, b, rho in self.correlations),
             *(f"suspicious: {one}" for one in self.findings),
             *(f"note: {one}" for one in self.notes),
@@ -267,14 +357,17 @@ def report(problem: Problem, scale: str = "known") -> Report:
     notes: list[str] = []
     pairs: tuple[tuple[str, str, float], ...] = ()
     try:
-        if problem.size > MOST_SCALARS:
+        if problem.size > _MOST:
             raise _TooLarge
         found = Covariance(problem)
         spread = dict(zip(found.names, found.sigma().tolist(), strict=True))
         on_bound = found.on_bound
         if len(found.names) <= _DENSE:
             pairs = strongest(found.names, found.correlation())
-    except (SolveError, _TooLarge):
+    except _TooLarge:
+        spread, on_bound = {}, {}
+        notes = [f"standard errors are omitted: more than {_MOST} parameters"]
+    except SolveError:
         known = sigmas(problem)
         spread, on_bound, notes = known.values, known.on_bound, list(known.notes)
     statistics = Statistics(table.total, count, len(problem.free) - len(on_bound), scatter, robust)

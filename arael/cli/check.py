@@ -11,6 +11,7 @@ import click
 import arael
 from arael.analysis.gradients import check_gradients
 from arael.cli.data_files import data_options, joined, read_data
+from arael.cli.guess import model_and_data
 from arael.cli.instances import row_counts
 from arael.compiler.compilation import compile_text
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -23,16 +24,14 @@ if TYPE_CHECKING:
 
 
 @click.command("check", short_help="Check a model, and data against it, without solving.")
-@click.argument("model")
-@click.argument("data", nargs=-1)
+@click.argument("arguments", metavar="[MODEL] [DATA...]", nargs=-1, required=True)
 @data_options
 @click.option(
     "--gradients", is_flag=True, help="Compare derivatives with differences, at the values of DATA."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(
-    model: str,
-    data: tuple[str, ...],
+    arguments: tuple[str, ...],
     format: str | None,
     collection: str | None,
     fields: dict[str, str] | None,
@@ -41,6 +40,8 @@ def command(
     as_json: bool,
 ) -> None:
     """Check MODEL: syntax, names, shapes, guards, constraints; and DATA against it, if given."""
+    guess = model_and_data(arguments, format)
+    model, data, collection = guess.model, guess.data, collection or guess.collection
     if gradients and not data:
         raise click.UsageError("--gradients needs DATA: derivatives are compared at its values")
     path = find_model(model)
@@ -52,6 +53,8 @@ def command(
         read_data(instance, data, format, collection, fields, information)
         rows = row_counts(instance, layout)
         checks = _gradients(instance) if gradients else []
+    if not as_json:
+        guess.announce()
     if as_json:
         found = {
             "status": "ok",

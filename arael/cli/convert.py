@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import warnings
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import click
 
 from arael.cli.data_files import data_options
 from arael.cli.exits import Exit
+from arael.cli.guess import BUNDLES, model_of_format
 from arael.cli.options import json_option
 from arael.diagnostics.model_warnings import DataWarning
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -19,9 +19,6 @@ from arael.io import files, formats, losses
 if TYPE_CHECKING:
     from arael.io import Trajectory
     from arael.runtime.store import Store
-
-BUNDLES = ("bal", "bundler", "colmap")
-SPATIAL = re.compile(rb"SE3|XYZ|^\s*(VERTEX|EDGE)3\b", re.MULTILINE)
 
 
 @click.command("convert", short_help="Convert a data file to another format.")
@@ -243,10 +240,8 @@ def _model_of(found: str, content: bytes, source: str) -> str:
     AraelError
         E0713 if the format has the structure of whatever model wrote it.
     """
-    if found in BUNDLES:
-        return "bundle_adjustment"
-    if found in formats.GRAPHS:
-        return "pose_graph_3d" if SPATIAL.search(content[:65536]) else "pose_graph_2d"
+    if found in (*BUNDLES, *formats.GRAPHS):
+        return model_of_format(found, content)
     if found in formats.TRAJECTORIES:
         return "pose_graph_3d"
     raise _error(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
@@ -10,6 +11,7 @@ import click
 
 import arael
 from arael.io import formats
+from arael.io.files import shown
 from arael.io.several import read_several, split
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -114,3 +116,8 @@ def read_data(
 def joined(data: Sequence[str]) -> str:
     """The files for a report."""
     return ", ".join(data)
+
+
+def named(data: Sequence[str]) -> str:
+    """The names of the files without their folders, for a title."""
+    return ", ".join(shown(os.path.basename(path.rstrip("/"))) for path in data)

@@ -15,6 +15,7 @@ from arael.cli.options import (
     F,
     json_option,
     plot_option,
+    plot_target,
     precision_option,
     solver_option,
     threads_option,
@@ -139,7 +140,7 @@ def _how(options: dict[str, Any]) -> Any:
 
 def _present(demo: Any, run: Callable[[], Any], options: dict[str, Any]) -> int:
     """Run a demo, print its report, draw its figures."""
-    picture = options["plot"]
+    picture = plot_target(options["plot"], demo.__name__.rpartition(".")[2])
     if picture is not None:
         require_matplotlib()
         check_format(Path(picture))

@@ -10,13 +10,13 @@ import click
 import arael
 from arael.cli.data_files import data_options, read_data
 from arael.cli.exits import Exit
+from arael.cli.guess import model_and_data
 from arael.cli.instances import apply_settings
 from arael.cli.options import json_option, precision_option, solver_option
 
 
 @click.command("diagnose", short_help="Explain why a problem does not converge.")
-@click.argument("model")
-@click.argument("data", nargs=-1, required=True)
+@click.argument("arguments", metavar="[MODEL] DATA...", nargs=-1, required=True)
 @data_options
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
 @click.option("--solve", "solved", is_flag=True, help="Solve first, and analyse the solution.")
@@ -24,8 +24,7 @@ from arael.cli.options import json_option, precision_option, solver_option
 @precision_option
 @json_option
 def command(
-    model: str,
-    data: tuple[str, ...],
+    arguments: tuple[str, ...],
     format: str | None,
     collection: str | None,
     fields: dict[str, str] | None,
@@ -41,9 +40,15 @@ def command(
     The analysis is at the values in DATA, without solving, or at the solution with --solve. The
     exit code is 0 if nothing suspicious was found, 1 if something was, 2 for wrong input.
     """
-    loaded: Any = arael.load(model, precision=precision)  # type: ignore[arg-type]
+    guess = model_and_data(arguments, format)
+    if not guess.data:
+        raise click.UsageError(f"missing argument 'DATA...': arael diagnose {guess.model} DATA")
+    if not as_json:
+        guess.announce()
+    loaded: Any = arael.load(guess.model, precision=precision)  # type: ignore[arg-type]
     instance = loaded()
-    read_data(instance, data, format, collection, fields, information)
+    given = collection or guess.collection
+    read_data(instance, guess.data, format, given, fields, information)
     apply_settings(instance, loaded.layout, settings)
     result = instance.solve(solver=solver) if solved else None
     found = instance.diagnose()

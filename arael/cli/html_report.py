@@ -12,17 +12,22 @@ from arael.cli.questions import tables_of
 from arael.display.measured import measured
 from arael.io.files import shown, write_whole
 from arael.plot.history import history_figure
-from arael.plot.problem import links, map_figure, point_columns
+from arael.plot.map import map_figure, map_of
+from arael.plot.problem import outcome_of
+from arael.plot.residuals import residual_figure, residuals_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from arael.analysis.report import Report
     from arael.cli.solution import Solution
     from arael.result import Result
     from arael.runtime.layout import Layout
 
 _PAGE = Path(__file__).with_name("report.html")
 _SCALARS = ("parameter", "value", "standard deviation", "unit", "")
+_ROWS = 3000
+"""Most scalars of a collection that are listed."""
 _COUNTS = ("iterations", "accepted", "seconds")
 _PASSES = ("pass", "status", "start cost", "end cost", *_COUNTS, "frozen")
 
@@ -33,11 +38,12 @@ def write_report(
     result: Result,
     solution: Solution,
     answers: Sequence[Any],
+    scale: str,
     model: str,
     data: str,
     path: str,
 ) -> None:
-    """Write solution, passes, cost by constraint, timings and figures of a solve as HTML.
+    """Write a solve as HTML: solution, fit, parameters by collection, costs, timings, figures.
 
     Raises
     ------
@@ -50,25 +56,32 @@ def write_report(
     page = Environment(autoescape=True, undefined=StrictUndefined).from_string(
         _PAGE.read_text(encoding="utf-8")
     )
+    details = instance.report(scale)
+    notes = dict.fromkeys((*solution.notes, *details.notes))
     text = page.render(
         title=f"{shown(model)} on {shown(data)}",
         result=result,
         scalars=[(s.name, *measured(s.value, s.sigma), s.unit, s.note) for s in solution.scalars],
         scalar_head=_SCALARS,
-        notes=solution.notes,
-        tables=[*_tables(instance, result, solution), *tables_of(answers)],
+        notes=[*notes, *(f"Suspicious: {one}" for one in details.findings)],
+        tables=[*_tables(instance, result, solution, details), *tables_of(answers)],
+        collections=list(_collections(details)),
         figures=[(name, _svg(figure)) for name, figure in _figures(instance, layout, result)],
     )
     write_whole(path, lambda file: file.write(text.encode()))
 
 
 def _tables(
-    instance: Any, result: Result, solution: Solution
+    instance: Any, result: Result, solution: Solution, details: Report
 ) -> Iterator[tuple[str, Sequence[str], Sequence[Sequence[object]]]]:
     """Title, head and rows of each table after that of the solution."""
     for rows in solution.shown:
         values = [(name, *(_number(v) for v in row)) for name, row in rows.rows]
         yield rows.asked, ("", *rows.head), values
+    yield "Fit", ("", ""), list(details.figures())
+    if details.correlations:
+        pairs = [(a, b, f"{rho:+.4f}") for a, b, rho in details.correlations]
+        yield "Correlations above 0.9", ("parameter", "parameter", "correlation"), pairs
     passes = [
         (p.name, p.status, f"{p.start_cost:.6g}", f"{p.end_cost:.6g}", p.iterations,
          p.accepted_iterations, f"{p.seconds:.4f}", ", ".join(p.frozen))
@@ -82,6 +95,19 @@ def _tables(
     yield "Time", ("phase", "seconds"), phases
 
 
+def _collections(details: Report) -> Iterator[tuple[str, Any, Any, str]]:
+    """Name, summaries and rows of the parameters of each collection, and what is left out."""
+    for path, columns in details.collections.items():
+        names = {one.name for column in columns for one in column.estimates}
+        rows = [
+            (one.name, *measured(one.value, one.sigma), one.unit, one.note)
+            for one in details.parameters
+            if one.name in names
+        ]
+        more = f"{len(rows) - _ROWS} more" if len(rows) > _ROWS else ""
+        yield path, [(one.name, str(one)) for one in columns], rows[:_ROWS], more
+
+
 def _number(value: object) -> str:
     if value is None:
         return ""
@@ -92,11 +118,11 @@ def _figures(instance: Any, layout: Layout, result: Result) -> Iterable[tuple[st
     """Return the figures of a solved model; none if matplotlib is not installed."""
     if find_spec("matplotlib") is None:
         return
-
+    drawn = map_of(instance, layout, uncertain=True)
+    if drawn is not None:
+        yield "Map", map_figure(drawn, layout.name, outcome_of(result))
+    yield "Residuals", residual_figure(residuals_of(instance, layout), "whitened residuals")
     yield "Cost and length of steps", history_figure([(p.name, p.history) for p in result.passes])
-    points = point_columns(instance, layout)
-    if points:
-        yield "Solution from above", map_figure(points, links(instance, layout))
 
 
 def _svg(figure: Figure) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -73,11 +74,40 @@ def json_option(function: F) -> F:
     return click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")(function)
 
 
+VIEWS = ("auto", "xy", "xz", "yz", "3d")
+"""Copy of `arael.plot.map.View`, whose import would load NumPy for ``--help``."""
+
+HERE = "(data)"
+"""Value of ``--plot`` without a file; no picture has this ending."""
+
+
 def plot_option(function: F) -> F:
-    """Add ``--plot``."""
+    """Add ``--plot``, whose value may be left out at the end of the command."""
     return click.option(
         "--plot",
         "plot",
         type=click.Path(dir_okay=False),
-        help="Draw figures into files named after this one (.png, .pdf, .svg).",
+        is_flag=False,
+        flag_value=HERE,
+        help="Draw figures into files named after this one (.png, .pdf, .svg); without a name, "
+        "after the data.",
+    )(function)
+
+
+def plot_target(plot: str | None, data: str) -> str | None:
+    """The file of ``--plot``; without a name it is that of the data, in the current folder."""
+    if plot != HERE:
+        return plot
+    stem = os.path.basename(data.rpartition("=")[2].rstrip("/").removesuffix(".gz"))
+    return f"{os.path.splitext(stem)[0]}.png"
+
+
+def view_option(function: F) -> F:
+    """Add ``--view``."""
+    return click.option(
+        "--view",
+        type=click.Choice(VIEWS),
+        default="auto",
+        show_default=True,
+        help="Axes of a map; auto shows most, in space where depth matters.",
     )(function)

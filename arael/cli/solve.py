@@ -16,18 +16,21 @@ import arael
 from arael import starts
 from arael.cli import summary as outcome
 from arael.cli.cluster import cluster_options
-from arael.cli.data_files import data_options, joined, read_data
+from arael.cli.data_files import data_options, joined, named, read_data
 from arael.cli.exits import Exit
+from arael.cli.guess import model_and_data
 from arael.cli.instances import apply_settings
 from arael.cli.many import is_many, many_options, solve_many
 from arael.cli.options import (
     init_option,
     json_option,
     plot_option,
+    plot_target,
     precision_option,
     solver_option,
     strategy_option,
     threads_option,
+    view_option,
 )
 from arael.cli.partition import Partition, check_partition, partition_options, solve_columns
 from arael.cli.questions import Questions, as_dict, lines_of, question_options
@@ -36,12 +39,21 @@ from arael.diagnostics.records import AraelError, Diagnostic
 from arael.io import formats
 
 if TYPE_CHECKING:
+    from arael.plot.map import View
     from arael.runtime.layout import Layout
+
+EXAMPLES = """\
+Three commands to try:
+
+  arael demo slam --plot       solve a map with wrong associations, and draw it
+  arael new line               write line.arael and line.json, a small model to change
+  arael solve line.json        solve it; the model beside the data is found
+
+Data of others: arael solve graph.g2o, or bundle.txt of BAL. Options: `arael solve --help`."""
 
 
 @click.command("solve", short_help="Solve a model on a data file.")
-@click.argument("model")
-@click.argument("data", nargs=-1, required=True)
+@click.argument("arguments", metavar="[MODEL] DATA...", nargs=-1)
 @click.option("-o", "--output", type=click.Path(), help="Write the solved data here.")
 @data_options
 @click.option(
@@ -85,6 +97,7 @@ if TYPE_CHECKING:
 )
 @question_options
 @plot_option
+@view_option
 @click.option(
     "--report",
     type=click.Path(dir_okay=False),
@@ -93,8 +106,7 @@ if TYPE_CHECKING:
 @many_options
 @json_option
 def command(
-    model: str,
-    data: tuple[str, ...],
+    arguments: tuple[str, ...],
     output: str | None,
     output_format: str | None,
     format: str | None,
@@ -122,21 +134,34 @@ def command(
     sensitivity: tuple[str, ...],
     uncertain: tuple[str, ...],
     plot: str | None,
+    view: View,
     report: str | None,
     as_json: bool,
     **cluster: Any,
 ) -> int:
     """Solve MODEL on DATA with the passes of the model.
 
-    MODEL is the name of a standard model or an .arael file. DATA is one file (JSON, NPZ, HDF5, CSV,
-    Parquet, Arrow, g2o, TORO, BAL, Bundler, COLMAP, TUM, KITTI, EuRoC), or several of one
-    collection each: poses.csv fills `poses`, scans=day2.csv fills `scans`. The exit code is 0 if
+    MODEL is the name of a standard model or an .arael file; without it the model is found by the
+    data: an .arael file of the same name beside it, or a standard model by tags or columns. DATA is
+    one file (JSON, NPZ, HDF5, CSV, Parquet, Arrow, g2o, TORO, BAL, Bundler, COLMAP, TUM, KITTI,
+    EuRoC), or several of one collection each: poses.csv fills `poses`, scans=day2.csv fills
+    `scans`. The exit code is 0 if
     every pass converged, 1 if not, 2 for wrong input. Ctrl-C ends the solve; the best state found
     is still reported and written.
 
     With --workers or --scheduler each DATA file, or file of a quoted pattern, is a problem of its
     own, and OUTPUT a folder of results and a table; with --partition it is one problem in parts.
     """
+    if not arguments:
+        click.echo(EXAMPLES)
+        return Exit.BAD_INPUT
+    guess = model_and_data(arguments, format)
+    model, data, collection = guess.model, guess.data, collection or guess.collection
+    if not data:
+        raise click.UsageError(f"missing argument 'DATA...': arael solve {model} DATA")
+    if not as_json:
+        guess.announce()
+    plot = plot_target(plot, data[-1])
     parts = Partition(
         partition,
         partition_by,
@@ -238,7 +263,13 @@ def command(
             click.echo("interrupted: this is the best state found so far", err=True)
     if note:
         click.echo(f"note: {note}", err=True)
-    written = _write_all(instance, loaded.layout, result, target, covariance, plot)
+    written = _write_all(instance, loaded.layout, result, target, covariance)
+    if plot is not None:
+        # imported here: start-up time
+        from arael.plot.problem import plot_solution
+
+        title = f"{loaded.layout.name} on {named(data)}"
+        written += plot_solution(instance, loaded.layout, result, Path(plot), title, view)
     if report is not None:
         _write_report(
             instance,
@@ -412,7 +443,7 @@ def _write_report(
         return
     from arael.cli.html_report import write_report
 
-    write_report(instance, layout, result, solution, answers, model, data, path)
+    write_report(instance, layout, result, solution, answers, scale, model, data, path)
 
 
 def _check_targets(
@@ -508,9 +539,8 @@ def _write_all(
     result: Any,
     output: _Target,
     covariance: str | None,
-    plot: str | None,
 ) -> list[str]:
-    """Write the requested files; return their names."""
+    """Write solved data and covariances; return their names."""
     written: list[str] = []
     if output.path is not None:
         output.write(instance, output.path)
@@ -521,9 +551,4 @@ def _write_all(
 
         write_marginals(instance, len(result.x), covariance)
         written.append(covariance)
-    if plot is not None:
-        # imported here: start-up time
-        from arael.plot.problem import plot_solution
-
-        written.extend(plot_solution(instance, layout, result, Path(plot)))
     return written

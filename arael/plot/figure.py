@@ -81,13 +81,15 @@ def require_matplotlib() -> None:
         )
 
 
-def new_figure(width: float, height: float, columns: int = 1) -> tuple[Figure, list[Axes]]:
-    """Create a figure of `width` by `height` inches with axes in a row."""
+def new_figure(
+    width: float, height: float, columns: int = 1, rows: int = 1
+) -> tuple[Figure, list[Axes]]:
+    """Create a figure of `width` by `height` inches with axes in `rows`, row by row."""
     # imported here: start-up time
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
-    axes = [figure.add_subplot(1, columns, k + 1) for k in range(columns)]
+    axes = [figure.add_subplot(rows, columns, k + 1) for k in range(rows * columns)]
     for one in axes:
         one.set_axisbelow(True)
     return figure, axes

@@ -9,15 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.plot.figure import BLUE, FAINT, GREY, INK, ORANGE, new_figure, styled
+from arael.plot.map import SIGMAS, draw_ellipses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-
-SIGMAS = 2.0
-"""Size of the ellipses in standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -118,26 +116,8 @@ def _landmarks(axes: Axes, view: View) -> None:
 
 def _ellipses(axes: Axes, centres: Array, covariances: Array) -> None:
     """Draw ellipses of `SIGMAS` standard deviations in the plane."""
-    # imported here: start-up time
-    from matplotlib.collections import EllipseCollection
-
     known = np.isfinite(covariances[:, 0, 0])
-    if not known.any():
-        return
-    values, vectors = np.linalg.eigh(covariances[known, :2, :2])
-    axis = 2 * SIGMAS * np.sqrt(np.maximum(values, 0.0))
-    angle = np.degrees(np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1]))
-    ellipses = EllipseCollection(
-        axis[:, 1],
-        axis[:, 0],
-        angle,
-        units="xy",
-        offsets=centres[known, :2],
-        offset_transform=axes.transData,
-        facecolors="none",
-        edgecolors=ORANGE,
-        linewidths=0.8,
-        alpha=0.7,
-        zorder=3,
-    )
-    axes.add_collection(ellipses)
+    if known.any():
+        values, vectors = np.linalg.eigh(covariances[known, :2, :2])
+        radii = SIGMAS * np.sqrt(np.maximum(values, 0.0))
+        draw_ellipses(axes, centres[known, :2], radii, vectors, ORANGE)

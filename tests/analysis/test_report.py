@@ -175,3 +175,30 @@ def test_a_loss_leaves_no_likelihood(tmp_path: Path) -> None:
     report = model.report()
     assert np.isnan(report.statistics.aic) and "AIC" not in str(report)
     assert report.to_dict()["aic"] is None
+
+
+def test_many_rows_are_summarised_by_collection(load: Load) -> None:
+    model = load(POSES)()
+    model.poses.extend(pos=np.zeros((40, 2)))
+    model.solve()
+    report = model.report()
+    assert [one.name for one in report.collections["poses"]][:2] == [
+        "poses[*].pos.x",
+        "poses[*].pos.y",
+    ]
+    (x, *_) = report.collections["poses"]
+    assert x.values == (pytest.approx(1), pytest.approx(1)) and len(x.estimates) == 40
+    median, largest, _ = x.sigmas
+    assert median == pytest.approx(0.5) == largest
+    text = str(report)
+    assert "poses[*].pos.y = 40 values; 2 to 2; standard error 0.5 at the median" in text
+    assert "drift.x" in text and "poses[3]" not in text.replace("poses[39]", "")
+    rows = report._repr_html_()
+    assert "poses[*].pos.x" in rows and "40 values" in rows
+
+
+def test_few_rows_are_listed_one_by_one(load: Load) -> None:
+    model = load(POSES)()
+    model.poses.extend(pos=np.zeros((2, 2)))
+    model.solve()
+    assert "poses[1].pos.x = 1 +- 0.5" in str(model.report())

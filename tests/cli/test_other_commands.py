@@ -238,12 +238,24 @@ def test_explain(arael: Arael) -> None:
     assert arael("explain", "e0852").out.startswith("# E0852")
     listed = arael("explain").out.splitlines()
     assert any(text.startswith("E0852: ") for text in listed)
-    unknown = arael("explain", "E0859")
+    unknown = arael("explain", "E0849")
     assert unknown.code == 2
     assert "there is no diagnostic" in unknown.err
 
 
-OWN = ("E0630", "E0850", "E0852", "E0853", "E0854", "E0855", "E0856", "E0857", "E0860", "E0861")
+OWN = (
+    "E0630",
+    "E0850",
+    "E0852",
+    "E0853",
+    "E0854",
+    "E0855",
+    "E0856",
+    "E0857",
+    "E0859",
+    "E0860",
+    "E0861",
+)
 
 
 def test_every_code_of_the_command_line_is_explained(arael: Arael) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import Arael
+from tests.optional import needs
 
 GRAPH = """
 struct Pose {
@@ -130,7 +131,20 @@ def test_rows_as_text_and_in_the_report(arael: Arael, graph: Path) -> None:
     assert "          pos.x  pos.y  heading" in lines
     assert "poses[1]      1      2      0.5" in lines
     assert "(2 of 7 rows)" in lines
-    assert "<td>other[0]</td><td>1</td><td>2</td><td>0.5</td>" in (graph / "r.html").read_text()
+    page = (graph / "r.html").read_text()
+    assert "<td>other[0]</td><td>1</td><td>2</td><td>0.5</td>" in page
+
+
+@needs("matplotlib")
+def test_the_report_has_parameters_by_collection_the_fit_and_residuals(
+    arael: Arael, graph: Path
+) -> None:
+    arael(*SOLVE, "--report", "r.html")
+    page = (graph / "r.html").read_text()
+    assert "<details><summary><b>poses</b>: " in page
+    assert "<li><b>poses[*].pos.y</b>: 7 values; 2 to 2; standard error " in page
+    assert "<td>chi-square</td>" in page and "<h2>Residuals</h2>\n<svg" in page
+    assert "<h2>Map</h2>\n<svg" in page and "<script" not in page
 
 
 @pytest.mark.parametrize(

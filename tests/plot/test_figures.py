@@ -12,7 +12,7 @@ from arael.diagnostics.records import AraelError
 from arael.plot import figure as figures
 from arael.plot.fit import Line, fit_figure
 from arael.plot.history import history_figure
-from arael.plot.problem import map_figure
+from arael.plot.map import Links, Map, Points, map_figure
 from arael.plot.scene import View, scene_figure
 from arael.plot.sparsity import sparsity_figure
 from arael.scenes import demo_config, make_scene
@@ -114,8 +114,9 @@ def test_fit_and_map_figures(tmp_path: Path) -> None:
     x = np.linspace(0, 1, 9)
     fit = fit_figure(x, 2 * x, x > 0.8, [Line("robust", 2.0, 0.0, figures.BLUE)])
     assert fit.axes[0].get_legend().get_texts()[-1].get_text() == "robust: 2.0000 x +0.0000"
-    points = {"poses": np.array([[0.0, 0, 0], [1, 1, 1]]), "landmarks": np.ones((3, 2))}
-    drawn = map_figure(points, [("poses", np.array([[0, 1]]))])
+    poses = Points(np.array([[0.0, 0, 0], [1, 1, 1]]))
+    links = (Links("poses", "poses", np.array([[0, 1]])),)
+    drawn = map_figure(Map({"poses": poses, "landmarks": Points(np.ones((3, 2)))}, links))
     assert len(drawn.axes[0].collections) == 1
     figures.save(drawn, tmp_path / "map.png")
 
@@ -128,13 +129,13 @@ def test_unknown_ending_is_told() -> None:
 @needs("matplotlib")
 def test_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(AraelError, match="E0715"):
-        figures.save(map_figure({}, []), tmp_path / "no" / "x.png")
+        figures.save(map_figure(Map({"a": Points(np.zeros((1, 2)))})), tmp_path / "no" / "x.png")
 
 
 def test_missing_matplotlib_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("arael.plot.figure.find_spec", lambda name: None)
     with pytest.raises(AraelError, match=r"E0860.*which is not installed"):
-        map_figure({}, [])
+        map_figure(Map({"a": Points(np.zeros((1, 2)))}))
 
 
 def test_beside() -> None:
