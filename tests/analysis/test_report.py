@@ -201,4 +201,4 @@ def test_few_rows_are_listed_one_by_one(load: Load) -> None:
     model = load(POSES)()
     model.poses.extend(pos=np.zeros((2, 2)))
     model.solve()
-    assert "poses[1].pos.x = 1 +- 0.5" in str(model.report())
+    assert "poses[1].pos.x = 1.00 +- 0.50" in str(model.report())
