@@ -7,12 +7,24 @@ import { GROUPS, allActions, tooltip } from "../../arael/sketch/page/actions.js"
 import { CONSTRAINTS } from "../../arael/sketch/page/actions/constraints.js";
 import { DIMENSIONS } from "../../arael/sketch/page/actions/dimensions.js";
 import { TOOL_KEYS } from "../../arael/sketch/page/actions/tools.js";
+import { WORDS } from "../../arael/sketch/page/actions/words.js";
+import { isFound } from "../../arael/sketch/page/help.js";
 import { hasIcon } from "../../arael/sketch/page/icons.js";
 import { picked } from "../../arael/sketch/page/picked.js";
 import { TOOLS } from "../../arael/sketch/page/tools/index.js";
 import { sketch } from "./panels_fakes.js";
 
 const all = allActions(TOOLS);
+
+test("actions are found by the words of other programs", () => {
+  const found = (/** @type {string} */ word) => all.filter((one) => isFound(one, word)).map((one) => one.id);
+  assert.deepEqual(found("bolt circle"), ["tool_pattern_circular"]);
+  assert.deepEqual(found("driven").sort(), ["set_derived", "set_driven"]);
+  assert.ok(found("reference").includes("set_derived"));
+  assert.deepEqual(found("array"), ["tool_pattern_circular", "tool_pattern_rect"]);
+  assert.ok(found("origin").includes("lock") && found("snap").includes("grid"));
+  for (const id of Object.keys(WORDS)) assert.ok(all.some((one) => one.id === id), `no action ${id}`);
+});
 
 test("no key belongs to two actions", () => {
   const seen = new Map();

@@ -1,6 +1,7 @@
 /** Help over the page: keys and tools with a search, and the manual of the commands. */
 
 import { GROUPS } from "./actions.js";
+import { WORDS } from "./actions/words.js";
 import { fill, h } from "./dom.js";
 import { icon } from "./icons.js";
 import { keyName } from "./keys.js";
@@ -20,6 +21,14 @@ export const POINTER = [
   { key: "Right click", title: "Finish what is drawn" },
   { key: "Ctrl, or B", title: "No automatic constraints while it is held" },
 ];
+
+/**
+ * Whether an action is found by what is typed: by its title, its key, or a word of other programs.
+ * @param {import("./actions.js").Action} one @param {string} word  in lower case
+ */
+export function isFound(one, word) {
+  return `${one.title} ${one.key} ${one.id} ${WORDS[one.id] ?? ""}`.toLowerCase().includes(word);
+}
 
 /** Keys of the drawing itself, for the help and the documents. */
 export const DRAWING = [
@@ -81,7 +90,7 @@ export class Help {
     const word = search.trim().toLowerCase();
     const parts = Object.entries(GROUPS).map(([group, title]) => {
       const rows = app.actions.list
-        .filter((one) => one.group === group && `${one.title} ${one.key} ${one.id}`.toLowerCase().includes(word))
+        .filter((one) => one.group === group && isFound(one, word))
         .map((one) => this._action(one));
       return rows.length ? h("section", {}, h("h3", {}, title), ...rows) : null;
     });

@@ -115,7 +115,7 @@ export const EDITING = [
   },
   {
     id: "set_derived",
-    title: "Dimension only measures",
+    title: "Driven dimension (reference)",
     key: "Alt+M",
     group: "edit",
     needs: "dimensions",
@@ -124,7 +124,7 @@ export const EDITING = [
   },
   {
     id: "set_driven",
-    title: "Dimension holds its value",
+    title: "Driving dimension",
     key: "Alt+N",
     group: "edit",
     needs: "dimensions",

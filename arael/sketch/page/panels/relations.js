@@ -168,7 +168,7 @@ function value(app, one) {
     {
       class: "value",
       "data-role": "value",
-      title: one.derived ? "only measures" : `edit: ${text}${number && text !== number ? ` = ${number}` : ""}`,
+      title: one.derived ? "driven (reference)" : `edit: ${text}${number && text !== number ? ` = ${number}` : ""}`,
       "aria-label": `value of ${one.name}: ${words}`,
       onclick: () => app.typing?.edit?.(one.name),
     },
