@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { Annotations } from "../../arael/sketch/page/draw/annotations.js";
 import { drawDimensions } from "../../arael/sketch/page/draw/dimension_marks.js";
 import { Batches } from "../../arael/sketch/page/draw/batches.js";
-import { layoutDimension } from "../../arael/sketch/page/draw/dimensions.js";
+import { layoutDimension, measured } from "../../arael/sketch/page/draw/dimensions.js";
 import { HALF, layoutGlyphs } from "../../arael/sketch/page/draw/glyphs.js";
 import { Places, SamePlaces } from "../../arael/sketch/page/draw/places.js";
 import { SYMBOLS } from "../../arael/sketch/page/draw/symbols.js";
@@ -21,6 +21,17 @@ const rectangle = () =>
       ["C2", "perpendicular", ["L0", "L1"]], ["C3", "equal", ["L0", "L2"]], ["C4", "equal", ["L1", "L3"]], ["C5", "lock", ["L0.p1"]],
     ],
   );
+
+test("angles are measured while they are dragged, as at rest", () => {
+  const { store } = scene([["L0", "line", [0, 0, 10, 0]], ["L1", "line", [0, 0, 3, 3]], ["L2", "line", [0, 0, -3, -3]]]);
+  const value = (kind, args, mode) => Math.round(measured(store, { name: "d0", kind, args, mode }) * 1e9) / 1e9;
+  assert.equal(value("angle", ["L0", "L1"]), 45);
+  assert.equal(value("angle", ["L1", "L0"]), -45);
+  assert.equal(value("angle", ["L0", "L2"]), -135);
+  assert.equal(value("angle", ["L0", "L1"], "supplement"), -135);
+  assert.equal(value("angle", ["L0", "L2"], "supplement"), 45);
+  assert.equal(value("xangle", ["L2"]), -135);
+});
 
 test("no badge overlaps another", () => {
   const { store, view } = rectangle();

@@ -229,6 +229,19 @@ const SHAPES = {
   area: total,
 };
 
+const degrees = (/** @type {number} */ angle) => (angle * 180) / Math.PI;
+
+/** @param {import("../types.js").Line} line */
+const headingOf = ({ x1, y1, x2, y2 }) => /** @type {Point} */ ([x2 - x1, y2 - y1]);
+
+/** Degrees from one line to the other, as `measures.py` has it. @param {import("../types.js").Line} a @param {import("../types.js").Line} b @param {string} [mode] */
+function angleBetween(a, b, mode) {
+  const [u, v] = [headingOf(a), headingOf(b)];
+  const angle = degrees(Math.atan2(cross(u, v), dot(u, v)));
+  if (mode !== "supplement") return angle;
+  return (180 - Math.abs(angle)) * (angle < 0 ? 1 : angle > 0 ? -1 : 1);
+}
+
 /**
  * Present value of a dimension's quantity, for derived ones and while dragging; null if it is not measured here.
  * @param {import("../store.js").Store} store
@@ -242,6 +255,8 @@ export function measured(store, d) {
   });
   const [p, q] = d.args.map((arg) => store.point(arg));
   if (d.kind === "length" && a?.type === "line") return dist(...lineEnds(a));
+  if (d.kind === "angle" && a?.type === "line" && b?.type === "line") return angleBetween(a, b, d.mode);
+  if (d.kind === "xangle" && a && a.type !== "spline") return degrees(a.type === "line" ? angleOf(headingOf(a)) : signed(a.turn));
   if (d.kind === "hdistance" && p && q) return Math.abs(q[0] - p[0]);
   if (d.kind === "vdistance" && p && q) return Math.abs(q[1] - p[1]);
   const found = d.kind === "distance" && span(d, a, b, p, q);
@@ -250,7 +265,7 @@ export function measured(store, d) {
     if (d.kind === "radius") return a.rx;
     if (d.kind === "diameter") return 2 * a.rx;
     if (d.kind === "radius_b") return a.ry;
-    if (d.kind === "sweep") return (Math.abs(a.sweep) * 180) / Math.PI;
+    if (d.kind === "sweep") return degrees(Math.abs(a.sweep));
     if (d.kind === "arc_length") return a.rx * Math.abs(a.sweep);
   }
   return null;

@@ -3,7 +3,6 @@
 import { layoutDimension, measured } from "../draw/dimensions.js";
 import { Places } from "../draw/places.js";
 import { dimensionText } from "../draw/texts.js";
-import { curveOf } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
 import { amount, short } from "./compose.js";
 import { kindsOf } from "./kinds.js";
@@ -75,8 +74,8 @@ export class DimensionTool extends PicksTool {
     if (!chosen) return null;
     /** @type {Dimension} */
     const d = { name: "", kind: chosen.kind, args: chosen.args };
-    const number = measured(this.app.store, d) ?? angleNow(this.app.store, d);
-    const value = Number((number ?? 0).toPrecision(6));
+    const number = measured(this.app.store, d) ?? 0;
+    const value = Number((d.kind === "angle" ? Math.abs(number) : number).toPrecision(6));
     const full = { ...d, value: { text: String(value), number: value } };
     const drawn = layoutDimension(this.pen, full, this.textOf(full));
     return { ...full, ...drawn?.placeAt(this.place.screen) };
@@ -130,16 +129,3 @@ export class DimensionTool extends PicksTool {
 
 /** The name that the next dimension gets. @param {import("../store.js").Store} store */
 const nextName = (store) => `d${store.settings["counter:d"] ?? 0}`;
-
-/** Angle between two lines or from the x axis, degrees. @param {import("../store.js").Store} store @param {Dimension} d */
-function angleNow(store, d) {
-  const turns = d.args.map((name) => {
-    const entity = store.entities.get(name);
-    const curve = entity && curveOf(entity, store.values);
-    if (curve?.type === "line") return Math.atan2(curve.y2 - curve.y1, curve.x2 - curve.x1);
-    return curve?.type === "conic" ? curve.turn : 0;
-  });
-  if (d.kind === "xangle") return (turns[0] * 180) / Math.PI;
-  const turn = ((turns[1] - turns[0]) * 180) / Math.PI;
-  return Math.abs(((((turn + 180) % 360) + 360) % 360) - 180);
-}
