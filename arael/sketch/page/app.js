@@ -20,6 +20,8 @@ import { Wire } from "./wire.js";
  * @property {string} title  what is typed
  * @property {string} text  what stands there at first, selected
  * @property {(text: string) => Promise<Reply>} commit  an error stays in place
+ * @property {(text: string) => string} [command]  what is run, to be repeated after something was taken out
+ * @property {import("./failure.js").Reference} [reference]  what may be made instead where it is one too many
  * @property {() => void} [cancel]
  * @property {(text: string) => void} [change]  it is a text, not a value: called with what stands there
  * @property {string} [name]  of the dimension whose value it is: Tab goes on to the next one

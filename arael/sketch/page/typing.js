@@ -14,6 +14,9 @@ import { amount, quoted } from "./tools/compose.js";
 
 const WIDTH = 240;
 
+/** The button for a dimension that only measures. @param {string} value  that it has now */
+export const asReference = (value) => (value ? `as reference (${value})` : "as reference");
+
 export class Typing {
   /** @type {TypingRequest|null} */
   request = null;
@@ -90,6 +93,7 @@ export class Typing {
       at: this._drawn(name) ?? this._middle(record.args),
       title: `${name}: ${record.kind} ${record.args.join(" ")}`,
       text: amountText(record),
+      command: (text) => `set_driven ${name} ${amount(text)}`,
       commit: (text) => this.app.wire.run(`set_driven ${name} ${amount(text)}`),
     });
   }
@@ -114,6 +118,8 @@ export class Typing {
       at: this._middle(names),
       title: `${spec.title} ${names.join(" ")}`,
       text: reply?.ok ? reply.text : "",
+      reference: { command: `${spec.id} ${names.join(" ")} derived`, title: asReference(reply?.ok ? reply.text : "") },
+      command: (text) => `${spec.id} ${names.join(" ")} ${amount(text)}`,
       commit: (text) => this.app.wire.run(`${spec.id} ${names.join(" ")} ${amount(text)}`),
     });
   }
@@ -154,7 +160,13 @@ export class Typing {
 
   /** @param {Reply} reply @param {string} text */
   _refused(reply, text) {
-    fill(this.problem, failure(this.app, reply, "", ""));
+    const { command, reference } = this.request ?? {};
+    const done = () => {
+      this.request = null;
+      this.element.hidden = true;
+      this.app.canvas.focus();
+    };
+    fill(this.problem, failure(this.app, reply, "", command?.(text) ?? "", { reference, done }));
     const { from, to } = reply.error ?? {};
     // the place is one of the whole command, the text its end, in quotes if it is more than a word
     const source = this.request?.name ? `set_driven ${this.request.name} ${amount(text) === text ? "" : '"'}` : "";

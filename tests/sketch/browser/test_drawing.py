@@ -60,9 +60,13 @@ def test_a_rectangle_is_drawn_dimensioned_dragged_broken_repaired_and_undone(edi
     message.wait_for()
     assert "d0" in message.inner_text()
     assert page.evaluate("app.store.dimensions.size") == 1
-    # repair it: a value that agrees may be measured only
-    press(page, "Escape")
-    run(page, "length L2 30 derived")
+    # repair it: what is offered first is a reference, where the text was put
+    assert page.evaluate("app.tools.current.preview().dimension.text.text") == "30"
+    buttons = page.locator(".typing .offers button")
+    assert buttons.all_inner_texts() == ["as reference (30)", "delete d0 and repeat"]
+    buttons.first.click()
+    wait(page, "app.store.dimensions.get('d1')?.derived && app.store.dimensions.get('d1').offset")
+    assert not page.locator(".typing").is_visible()
     steps = wait(page, "app.store.history.done.length")
     for left in reversed(range(steps)):
         press(page, "Control+z")

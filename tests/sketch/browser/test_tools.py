@@ -118,6 +118,40 @@ DIMENSIONS = {
 
 @pytest.mark.parametrize("case", DIMENSIONS)
 @exercises("tool:dimension")
+@pytest.mark.parametrize(
+    ("at", "value"), [((12, 4), "30"), ((-12, -4), "30"), ((-6, 12), "150"), ((6, -12), "150")]
+)
+def test_an_angle_is_that_of_the_sector_of_the_pointer(
+    sheet: Any, at: tuple[float, float], value: str
+) -> None:
+    run(sheet, "add_line -20,0 20,0", "add_line -17.3205080757,-10 17.3205080757,10")
+    start(sheet, "dimension")
+    click(sheet, 18, 0)
+    click(sheet, 15.588457268, 9)
+    click(sheet, *at)
+    sheet.locator(".typing").wait_for()
+    assert sheet.input_value("#typed") == value
+    press(sheet, "Enter")
+    wait(sheet, "app.store.dimensions.size === 1")
+    mode = "supplement" if value == "150" else ""
+    assert sheet.evaluate("app.store.dimensions.get('d0').mode ?? ''") == mode
+
+
+@exercises("tool:dimension")
+def test_after_what_is_in_the_way_is_deleted_the_dimension_is_made(sheet: Any) -> None:
+    run(sheet, "add_rect 0,0 40,20 hv", "length L0 40")
+    start(sheet, "dimension")
+    click(sheet, 12, 20)
+    click(sheet, 20, 26)
+    sheet.locator("#typed").fill("64")
+    press(sheet, "Enter")
+    sheet.get_by_role("button", name="delete d0 and repeat").click()
+    wait(sheet, "app.store.dimensions.has('d1') && !app.store.dimensions.has('d0')")
+    assert length(sheet, "L2") == pytest.approx(64.0)
+    assert not sheet.locator(".typing").is_visible()
+
+
+@exercises("tool:dimension")
 def test_what_is_picked_decides_the_kind_of_dimension(sheet: Any, case: str) -> None:
     drawn, places, kind = DIMENSIONS[case]
     run(sheet, drawn)

@@ -4,6 +4,7 @@ import { layoutDimension, measured } from "../draw/dimensions.js";
 import { Places } from "../draw/places.js";
 import { dimensionText } from "../draw/texts.js";
 import { splitHandle } from "../geometry/handles.js";
+import { asReference } from "../typing.js";
 import { amount, short } from "./compose.js";
 import { kindsOf } from "./kinds.js";
 import { CURVES, PicksTool } from "./picks.js";
@@ -23,6 +24,8 @@ export class DimensionTool extends PicksTool {
 
   /** Which of the kinds that fit is meant; -1: as the pointer lies. */
   choice = -1;
+  /** The dimension whose value is being typed. @type {Dimension|null} */
+  asked = null;
 
   /** @param {import("../app.js").App} app */
   constructor(app) {
@@ -68,12 +71,13 @@ export class DimensionTool extends PicksTool {
 
   /** The dimension as it would be made now. @returns {Dimension|null} */
   get record() {
+    if (this.asked) return this.asked;
     if (!this.place) return null;
     const kinds = kindsOf(this.app.store, this.names, this.place.at);
     const chosen = kinds[Math.max(this.choice, 0)];
     if (!chosen) return null;
     /** @type {Dimension} */
-    const d = { name: "", kind: chosen.kind, args: chosen.args };
+    const d = { name: "", kind: chosen.kind, args: chosen.args, ...(chosen.mode ? { mode: chosen.mode } : {}) };
     const number = measured(this.app.store, d) ?? 0;
     const value = Number((d.kind === "angle" ? Math.abs(number) : number).toPrecision(6));
     const full = { ...d, value: { text: String(value), number: value } };
@@ -100,7 +104,6 @@ export class DimensionTool extends PicksTool {
     this.place = place;
     const { record } = this;
     if (!record) return;
-    this.cancel();
     this.stepped();
     /** @type {string[]} */
     const extras = [];
@@ -108,15 +111,32 @@ export class DimensionTool extends PicksTool {
     const name = nextName(this.app.store);
     if (typeof record.offset === "number") extras.push(`dim_pos ${name} offset ${short(record.offset)}`);
     if (typeof record.along === "number" && record.along !== 0) extras.push(`dim_pos ${name} along ${short(record.along)}`);
+    const made = `${record.kind} ${record.args.join(" ")}`;
+    const mode = record.mode ? ` ${record.mode}` : "";
+    const value = record.value?.text ?? "";
+    const end = () => {
+      this.cancel();
+      this.app.renderer.overlayChanged();
+    };
+    // The preview stays while the value is typed.
+    this.asked = record;
     this.app.openTyping({
-      at: place.screen, title: record.kind, text: record.value?.text ?? "",
-      commit: (text) => this.app.run(`${record.kind} ${record.args.join(" ")} ${amount(text)}`, { extras }),
+      at: place.screen, title: record.kind, text: value,
+      reference: { command: [`${made} derived${mode}`, ...extras].join("; "), title: asReference(value) },
+      command: (text) => [`${made} ${amount(text)}${mode}`, ...extras].join("; "),
+      commit: async (text) => {
+        const reply = await this.app.run(`${made} ${amount(text)}${mode}`, { extras });
+        if (reply.ok) end();
+        return reply;
+      },
+      cancel: end,
     });
   }
 
   cancel() {
     super.cancel();
     this.choice = -1;
+    this.asked = null;
   }
 
   preview() {

@@ -1,12 +1,13 @@
 /** Kinds of dimensions that fit what is picked; the first is the one that the pointer's place suggests. */
 
 import { curveOf } from "../geometry/curves.js";
+import { meet } from "../geometry/intersect.js";
 import { cross, sub } from "../geometry/vectors.js";
 
 /**
  * @typedef {import("../types.js").Point} Point
  * @typedef {import("../types.js").EntityKind} EntityKind
- * @typedef {{kind: string, args: string[]}} Choice
+ * @typedef {{kind: string, args: string[], mode?: string}} Choice
  */
 
 const ROUND = ["circle", "arc", "ellipse", "earc"];
@@ -48,6 +49,9 @@ function ofOne(store, name, kind, at) {
   }
 }
 
+/** Whether a direction lies in one of the two sectors beside that from u to v and its opposite. @param {Point} w @param {Point} u @param {Point} v */
+const isOutside = (w, u, v) => cross(u, w) * cross(w, v) < 0;
+
 /** Direct, along x or along y: as the pointer lies to the two points. @param {Point} a @param {Point} b @param {Point} at @param {string[]} args @param {Choice} direct @returns {Choice[]} */
 function between(a, b, at, args, direct) {
   const inX = at[0] > Math.min(a[0], b[0]) && at[0] < Math.max(a[0], b[0]);
@@ -77,7 +81,11 @@ function ofTwo(store, names, kinds, at) {
   if (a?.type === "line" && b?.type === "line") {
     const [u, v] = [a, b].map((c) => /** @type {Point} */ (sub([c.x2, c.y2], [c.x1, c.y1])));
     const parallel = Math.abs(cross(u, v)) < 1e-3 * Math.hypot(...u) * Math.hypot(...v);
-    return [{ kind: parallel ? "distance" : "angle", args: names }];
+    if (parallel) return [{ kind: "distance", args: names }];
+    const inner = { kind: "angle", args: names };
+    const outer = { ...inner, mode: "supplement" };
+    const vertex = meet([a.x1, a.y1], [a.x2, a.y2], [b.x1, b.y1], [b.x2, b.y2]);
+    return vertex && isOutside(sub(at, vertex), u, v) ? [outer, inner] : [inner, outer];
   }
   if (p && b?.type === "line") return [{ kind: "distance", args: [points[0], names[1]] }];
   if (q && a?.type === "line") return [{ kind: "distance", args: [points[1], names[0]] }];
