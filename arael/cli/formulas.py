@@ -45,20 +45,25 @@ def formulas(
     return "\n\n".join("\n".join(lines) for lines in parts)
 
 
-def _constraint(site: ConstraintSite, found: Derivatives | None, latex: bool) -> Iterator[str]:
+def _constraint(site: ConstraintSite, found: list[Derivatives], latex: bool) -> Iterator[str]:
     yield f"constraint {site.label}  ({site.span})"
-    if found is None:
+    if not found:
         yield "  reads no parameter: no derivatives"
         return
-    graph = found.shared.terms.graph
-    rows = found.shared.write()
-    written = [*found.residuals, *(node for row in rows for node in row.values())]
+    graph, written, count = found[-1].shared.terms.graph, [], 0
+    for section in found:
+        rows = section.shared.write()
+        count += sum(map(len, rows))
+        written += [*section.values, *(node for row in rows for node in row.values())]
     yield (
-        f"  {len(found.residuals)} residuals, {sum(map(len, rows))} derivatives, "
+        f"  {len(found[-1].values)} residuals, {count} derivatives, "
         f"{graph.tree_operations(written)} operations before and {graph.operations(written)} after "
         "common subexpressions"
     )
-    yield from _Printer(found, latex).lines()
+    if site.guard is not None:
+        yield f"  when {' '.join(site.guard.span.text.split())}"
+    for section in found:
+        yield from _Printer(section, latex).lines()
 
 
 class _Printer:
@@ -79,25 +84,28 @@ class _Printer:
         common = self._in_order({**shared.subexpressions, **definitions}, derived)
         read = {s for term in (*common.values(), *derived) for s in term.free_symbols}
         nodes = [self.terms.symbols[s] for s in read if s in self.terms.symbols]
-        yield "  values"
-        for node in graph.live([*self.found.residuals, *nodes]):
+        letter = "v" if self.found.title else "r"
+        one = "guard" if self.found.title == "guard" else ""
+        yield f"  {self.found.title}" if self.found.title else "  values"
+        for node in graph.live([*self.found.values, *nodes]):
             name = graph.ops[node]
             if name not in ("input", "const", "neg") and not graph.is_free(node):
                 make = MAKERS.get(name, sp.Function(name.removeprefix(NATIVE)))
                 with sp.evaluate(False):
                     value = make(*(self._named(self.terms.leaf(a)) for a in graph.args[node]))
                 yield self._line(f"t{node}", value)
-        for k, node in enumerate(self.found.residuals):
-            yield self._line(f"r{k}", self._named(self.terms.leaf(node)))
+        for k, node in enumerate(self.found.values):
+            yield self._line(one or f"{letter}{k}", self._named(self.terms.leaf(node)))
         if common:
             yield "  shared subexpressions"
         for symbol, term in common.items():
             yield self._line(_short(symbol), self._named(term))
-        yield "  derivatives"
+        if derived:
+            yield "  derivatives"
         for k, row in enumerate(shared.rows):
             for seed, term in row.items():
                 by = self.found.tangents[seed]
-                yield self._line(f"d r{k} / d {by}", self._named(term))
+                yield self._line(f"d {letter}{k} / d {by}", self._named(term))
 
     @staticmethod
     def _in_order(known: dict[Any, Any], wanted: list[Any]) -> dict[Any, Any]:
@@ -139,10 +147,10 @@ class _Printer:
 
 def _tex(name: str) -> str:
     """Name in LaTeX's mathematics: ``t12`` with an index, ``info.cov_r[2]`` upright."""
-    if name.startswith("d r"):
+    if name.startswith("d "):
         above, below = name.removeprefix("d ").split(" / d ")
         return rf"\frac{{\partial {_tex(above)}}}{{\partial {_tex(below)}}}"
-    if re.fullmatch(r"[rtwx]\d+", name):
+    if re.fullmatch(r"[rtvwx]\d+", name):
         return f"{name[0]}_{{{name[1:]}}}"
     if re.fullmatch(r"[-\d.e+]+", name):
         return name

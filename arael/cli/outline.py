@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import Source, Span
-from arael.runtime.layout import Group, Layout, RowSums, Use
+from arael.runtime.layout import Group, Layout, Raw, RowSums, Use
 from arael.runtime.machine.tape import Tape
 
 if TYPE_CHECKING:
@@ -90,48 +90,108 @@ def _constraint(kernel: Kernel, layout: Layout) -> str:
         lines.append(f"  when {group.guard_text}")
     if group.loss_text:
         lines.append(f"  loss {group.loss_text}")
-    names = [*kernel.state_names, *kernel.data_names, *kernel.uniform_names]
-    lines += [f"  {line}" for line in _tape(group.tape, names)]
+    data, prepared = _prepared(group, group.raw, group.prepare, "p")
+    lines += _titled("prepared once per solve", prepared)
+    if group.moving_guard is not None:
+        data[group.data_count - 1] = "guard"
+    names = [*kernel.state_names, *data]
+    if group.moving_guard is not None:
+        holds = f"guard = t{group.moving_guard.outputs[0]}"
+        lines += _titled("guard, at each linearisation", [*_tape(group.moving_guard, names), holds])
     if group.row_sums is not None:
-        lines += ["  for lists without rows", *_pieces(group, group.row_sums, layout)]
+        lines.append("  where all lists are empty")
+    lines += [f"  {line}" for line in _tape(group.tape, names)]
     outputs = group.tape.outputs
     lines += [f"  r{i} = t{node}" for i, node in enumerate(outputs[: group.residuals])]
     for node, (row, use, k) in zip(outputs[group.residuals :], group.jacobian, strict=True):
         lines.append(f"  d r{row} / d {_tangent(group, group.uses[use], k, layout)} = t{node}")
+    if group.row_sums is not None:
+        lines += ["  where lists have rows", *_pieces(group.row_sums, layout)]
     return "\n".join(lines)
 
 
-def _pieces(group: Group, sums: RowSums, layout: Layout) -> Iterator[str]:
-    """Programs for lists with rows, behind that for lists without."""
-    titles = ["residuals, which read the sums"]
-    for number, _ in sums.sums:
-        table = layout.table(sums.slots[sums.lists[number][1]].table)
-        titles.append(f"term of the sum over {table.field}")
-    pieces = [sums.main, *(piece for _, piece in sums.sums)]
-    for title, piece in zip(titles, pieces, strict=True):
+def _titled(title: str, lines: Iterable[str]) -> Iterator[str]:
+    """Lines below a title; nothing if there are none."""
+    for number, line in enumerate(lines):
+        if not number:
+            yield f"  {title}"
+        yield f"    {line}"
+
+
+def _prepared(
+    of: Group | RowSums, raw: Sequence[Raw], tape: Tape, letter: str
+) -> tuple[list[str], list[str]]:
+    """What the outputs of a program over data are called, and its lines."""
+
+    def name(node: int) -> str:
+        number = tape.args[node]
+        if tape.ops[node] == "const":
+            return repr(tape.constants[number[0]])
+        if tape.ops[node] != "input":
+            return f"{letter}{node}"
+        read = raw[number[0]]
+        way = "".join(f"{step.shown}." for step in of.slots[read.slot].steps)
+        if "#" in read.column:
+            return f"sum {read.component + 1} over {way}{read.column.partition('#')[0]}"
+        return f"{way}{read.column}[{read.component}]"
+
+    lines = [
+        f"{name(node)} = {op} {' '.join(map(name, args))}"
+        for node, (op, args) in enumerate(zip(tape.ops, tape.args, strict=True))
+        if op not in ("input", "const")
+    ]
+    return [name(node) for node in tape.outputs], lines
+
+
+def _pieces(sums: RowSums, layout: Layout) -> Iterator[str]:
+    """Programs for lists with rows, each after those that it reads."""
+    own, prepared = _prepared(sums, sums.raw, sums.prepare, "p")
+    yield from _titled("prepared once per solve", prepared)
+    of_rows = []
+    for number, (raw, program) in enumerate(zip(sums.row_raw, sums.row_prepare, strict=True)):
+        names, prepared = _prepared(sums, raw, program, f"p{number + 1}_")
+        of_rows.append(names)
+        field = layout.table(sums.slots[sums.lists[number][1]].table).field
+        yield from _titled(f"prepared once per solve, for each row of {field}", prepared)
+    first = len(own) - sums.uniforms
+
+    def name(kind: str, a: int, b: int, of_list: int) -> str:
+        if kind == "state":
+            use = sums.uses[a]
+            entity = layout.entities[use.entity]
+            return f"{_way(sums, use)}state[{b}] of {entity.struct}"
+        if kind == "sum":
+            return f"sum{a + 1}[{b}]"
+        if kind == "guard":
+            return "guard"
+        return of_rows[of_list][a] if kind == "row" else own[a + first * (kind == "uniform")]
+
+    pieces = []
+    for k, (number, piece) in enumerate(sums.sums):
+        field = layout.table(sums.slots[sums.lists[number][1]].table).field
+        pieces.append((f"term of sum{k + 1}, over {field}", number, piece))
+    if sums.guard is not None:
+        pieces.append(("guard, at each linearisation", -1, sums.guard))
+    pieces.append(("residuals, which read the sums", -1, sums.main))
+    for title, number, piece in pieces:
         yield f"  {title}"
-        names = []
-        for kind, a, b in piece.inputs:
-            if kind == "state":
-                use = sums.uses[a]
-                names.append(f"{_way(sums, use)}state[{b}] of {layout.entities[use.entity].struct}")
-            else:
-                names.append(f"sum{a + 1}[{b}]" if kind == "sum" else f"{kind}[{a}]")
+        letter = "r" if piece is sums.main else "v"
+        names = [name(kind, a, b, number) for kind, a, b in piece.inputs]
         yield from (f"    {line}" for line in _tape(piece.tape, names))
         for k, node in enumerate(piece.tape.outputs[: piece.values]):
-            yield f"    v{k} = t{node}"
+            yield f"    {'guard' if piece is sums.guard else f'{letter}{k}'} = t{node}"
         ends = piece.tape.outputs[piece.values :]
-        for node, (value, number, k) in zip(ends, piece.entries, strict=True):
-            by = f"sum{-number}[{k}]"
-            if number >= 0:
-                by = _tangent(sums, sums.uses[number], k, layout)
-            yield f"    d v{value} / d {by} = t{node}"
+        for node, (value, use, k) in zip(ends, piece.entries, strict=True):
+            by = f"sum{-use}[{k}]"
+            if use >= 0:
+                by = _tangent(sums, sums.uses[use], k, layout)
+            yield f"    d {letter}{value} / d {by} = t{node}"
 
 
-def _tape(tape: Tape, names: list[str]) -> Iterator[str]:
+def _tape(tape: Tape, names: Sequence[str]) -> Iterator[str]:
     for number, (op, args) in enumerate(zip(tape.ops, tape.args, strict=True)):
         if op == "input":
-            yield f"t{number} = {names[args[0]] if args[0] < len(names) else f'input {args[0]}'}"
+            yield f"t{number} = {names[args[0]]}"
         elif op == "const":
             yield f"t{number} = {tape.constants[args[0]]!r}"
         else:

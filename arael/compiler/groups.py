@@ -65,17 +65,19 @@ class Kernel:
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Derivatives of a constraint before they are written as a program.
+    """Derivatives of a constraint, or of a term of its sums, before they are a program.
 
     Attributes
     ----------
-    residuals : nodes
-    shared : their derivatives by (use, tangent), over the graph of the residuals
+    title : "" for the residuals
+    values : nodes
+    shared : their derivatives by (use, tangent), over the graph of the values
     names : of the inputs of that graph, by node
     tangents : names of what is differentiated by
     """
 
-    residuals: list[int]
+    title: str
+    values: list[int]
     shared: Shared[tuple[int, int]]
     names: dict[int, str]
     tangents: dict[tuple[int, int], str]
@@ -178,23 +180,42 @@ def derivatives(
     states: Sequence[StateModel],
     single: bool = False,
     functions: Functions | None = None,
-) -> Derivatives | None:
-    """Derivatives of one constraint as SymPy has them; None if nothing varies."""
-    scalariser, uses, residuals, _, _ = _scalarise(
+) -> list[Derivatives]:
+    """Derivatives of one constraint as SymPy has them, each section after those that it reads.
+
+    Terms of sums over rows come first, then a guard over parameters, then the residuals. Empty if
+    nothing varies.
+    """
+    scalariser, uses, residuals, _, holds = _scalarise(
         site, states, single, functions or Functions(), factored=True
     )
     graph = scalariser.graph
-    seeds = _seeds(graph, residuals, uses)
+    assert isinstance(scalariser.totals, Totals)
     sums = {k: graph.input(k) for k in list(graph.inputs) if isinstance(k, SumInput)}
-    for total, node in sums.items():
-        seeds[node] = {(-1 - total.sum, total.component): graph.const(1.0)}
-    if not any(seeds.values()):
-        return None
+    sections = [
+        (
+            f"term of sum{k + 1}, over {_slot_name(site, one.total.rows).removesuffix('.')}",
+            one.terms,
+        )
+        for k, one in enumerate(scalariser.totals.rows)
+    ]
+    sections += [("guard", [holds])] if holds is not None else []
+    sections.append(("", residuals))
+    derived = []
+    for title, values in sections:
+        seeds = _seeds(graph, list(values), uses)
+        for total, node in sums.items():
+            seeds[node] = {(-1 - total.sum, total.component): graph.const(1.0)}
+        derived.append((title, list(values), seeds))
+    if not any(any(seeds.values()) for _, _, seeds in derived):
+        return []
     names: dict[int, str] = {}
     for key in list(graph.inputs):
         node = graph.input(key)
         if isinstance(key, StateInput):
             names[node] = _state_name(site, uses.uses[key.use], states, key.offset)
+        elif key == LANE:
+            names[node] = "guard"
         elif not isinstance(key, Loss):  # the argument of a loss, replaced by its value
             names[node] = _node_name(site, graph, node)
     tangents = {
@@ -204,7 +225,10 @@ def derivatives(
     }
     for total, node in sums.items():
         tangents[-1 - total.sum, total.component] = names[node]
-    return Derivatives(residuals, derive(graph, residuals, seeds), names, tangents)
+    return [
+        Derivatives(title, values, derive(graph, values, seeds), names, tangents)
+        for title, values, seeds in derived
+    ]
 
 
 def _scalarise(
