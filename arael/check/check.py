@@ -91,7 +91,7 @@ def check(
     warn_unused_structs(declarations, report)
     warn_unread_parameters(sites, constraints, report)
     warn_lost_derivatives(sites, components, constraints, report)
-    warn_unwrapped_angles(constraints, report)
+    warn_unwrapped_angles(sites, constraints, report)
     report.in_order()
     tables = build_tables(sites, paths)
     entities = build_entities(sites, tables, components)

@@ -8,6 +8,7 @@ from arael.check.declared import Declarations
 from arael.check.places import Place, Sites
 from arael.check.report import Reporter
 from arael.check.typed import Apply, ComponentSite, ConstraintSite, Definition, Read, Typed
+from arael.check.units import RAD
 from arael.check.walk import operands, postorder
 from arael.diagnostics.records import Label
 
@@ -95,8 +96,19 @@ def warn_lost_derivatives(
                 )
 
 
-def warn_unwrapped_angles(constraints: Iterable[ConstraintSite], report: Reporter) -> None:
-    """Warn of differences of two angles that are residuals without ``rad_diff``."""
+def warn_unwrapped_angles(
+    sites: Sites, constraints: Iterable[ConstraintSite], report: Reporter
+) -> None:
+    """Warn of residuals that subtract an ``angle`` and another angle without ``rad_diff``.
+
+    The other one is an ``angle``, ``atan2``, or data in radians.
+    """
+    radians = {
+        (place.table.path, place.column(field))
+        for place in sites.places()
+        for field in place.struct.fields.values()
+        if field.param is None and field.quantity == RAD
+    }
     warned: set[tuple[int, int]] = set()
     for site in constraints:
         waiting: list[tuple[Typed, Typed | None]] = [(part, None) for part in site.residual]
@@ -107,7 +119,9 @@ def warn_unwrapped_angles(constraints: Iterable[ConstraintSite], report: Reporte
                 continue
             seen.add(node)
             waiting += [(operand, node) for operand in operands(node)]
-            if not _is_difference(node) or not all(map(_is_angle, operands(node))):
+            if not _is_difference(node) or not any(map(_is_angle, operands(node))):
+                continue
+            if not all(_may_wrap(site, operand, radians) for operand in operands(node)):
                 continue
             place = (node.span.start, node.span.end)
             if place in warned:
@@ -128,6 +142,8 @@ def warn_unwrapped_angles(constraints: Iterable[ConstraintSite], report: Reporte
 
 # Functions of an angle that 2 pi more do not change.
 _PERIODIC = frozenset({"rad_diff", "rad_sum", "sin", "cos", "tan"})
+# Functions whose value is an angle.
+_ANGLES = frozenset({"atan2", "deg2rad"})
 
 
 def _is_difference(node: Typed) -> bool:
@@ -136,6 +152,12 @@ def _is_difference(node: Typed) -> bool:
 
 def _is_angle(node: Typed) -> bool:
     return isinstance(node, Read) and node.parameter == "angle"
+
+
+def _may_wrap(site: ConstraintSite, node: Typed, radians: set[tuple[str, str]]) -> bool:
+    if isinstance(node, Read) and node.version == "data":
+        return (site.slots[node.slot].table, node.column) in radians
+    return _is_angle(node) or (isinstance(node, Apply) and node.name in _ANGLES)
 
 
 def _parameter_below(

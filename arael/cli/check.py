@@ -51,6 +51,7 @@ def command(
     if data:
         instance = _instance(model)
         read_data(instance, data, format, collection, fields, information)
+        instance._store.check_angles()
         rows = row_counts(instance, layout)
         checks = _gradients(instance) if gradients else []
     if not as_json:

@@ -727,6 +727,17 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         }
 
     @cached_property
+    def angles(self) -> tuple[tuple[str, Column], ...]:
+        """Path of its table and column of what is an angle in radians: parameters and data."""
+        return tuple(
+            (table.path, column)
+            for table in self.tables
+            for column in table.columns
+            if (column.role == "param" and column.param and column.param.kind in ("angle", "euler"))
+            or (column.role == "data" and column.unit == "rad" and column.kind == "real")
+        )
+
+    @cached_property
     def summed(self) -> tuple[int, ...]:
         """Numbers of the groups with sums over rows that are evaluated term by term."""
         return tuple(n for n, group in enumerate(self.groups) if group.row_sums is not None)

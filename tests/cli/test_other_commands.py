@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from pathlib import Path
 
 import pytest
@@ -335,3 +336,22 @@ def test_new_can_be_solved_and_overwrites_nothing(arael: Arael, line: Path) -> N
 @pytest.mark.parametrize("name", ["a b", "../x", "1st", ""])
 def test_new_refuses_odd_names(arael: Arael, line: Path, name: str) -> None:
     assert arael("new", name).code == 2
+
+
+ANGLES = """
+struct Pose { param heading: angle
+              constraint seen { rad_diff(heading, 1) } }
+root Track { poses: list of Pose }
+"""
+
+
+def test_solve_and_check_ask_about_degrees(arael: Arael, tmp_path: Path) -> None:
+    (tmp_path / "m.arael").write_text(ANGLES)
+    (tmp_path / "d.json").write_text(json.dumps({"poses": [{"heading": 90}]}))
+    paths = (tmp_path / "m.arael", tmp_path / "d.json")
+    for command in (("solve", *paths, "--interpret"), ("check", *paths)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("default")
+            done = arael(*command)
+        assert done.code == 0
+        assert done.err.count("warning[W0702]: an angle of 90 rad: degrees?") == 1

@@ -31,6 +31,7 @@ class Store:
     structure_version : changes whenever that of any table does
     use : the thread that solves this instance; its lock protects changes of rows and the
         preparation of problems
+    angles_checked : whether angles were looked at that may be degrees
     """
 
     def __init__(self, layout: Layout, *, first_generations: dict[str, int] | None = None) -> None:
@@ -40,6 +41,7 @@ class Store:
         self.residuals: Any = None
         self.model: Callable[[], Any] = _none
         self.structure_version = 0
+        self.angles_checked = not layout.angles
         self.use = Use(layout.root)
         self.tables: dict[str, Table] = {}
         first = first_generations or {}
@@ -81,7 +83,10 @@ class Store:
         return references.walk(start, steps, np.arange(start.size))
 
     def check_complete(self) -> None:
-        """Raise E0702 for unset fields of the root; a solve needs every field without default."""
+        """Raise E0702 for unset fields of the root; a solve needs every field without default.
+
+        The first time angles that may be degrees are warned of.
+        """
         root = self.root
         if root.missing:
             raise AraelError(
@@ -97,6 +102,15 @@ class Store:
                     if path in root.missing
                 ]
             )
+        if not self.angles_checked:
+            self.check_angles()
+
+    def check_angles(self) -> None:
+        """Warn of angles that may be degrees, W0702, once for each field."""
+        # imported here: start-up time, most models have no angles
+        from arael.runtime.store.angles import warn_of_degrees
+
+        self.angles_checked = warn_of_degrees(self)
 
     def fresh(self) -> Store:
         """Return an empty store of the same model to be filled and adopted."""
