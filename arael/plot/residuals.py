@@ -59,9 +59,10 @@ def residuals_of(instance: Any, layout: Layout) -> list[Residuals]:
 
 def _place(instance: Any, layout: Layout, label: str, rows: int) -> tuple[Array, str]:
     """Times of the rows, where the model has them in seconds, or their numbers."""
-    group = next(one for one in layout.groups if one.label == label)
+    # Residuals that were added at run time have no group in the layout of the model.
+    group = next((one for one in layout.groups if one.label == label), None)
     tables = {t.path: t for t in layout.tables if t.path and not t.parent}
-    if group.table in tables and len(instance[group.table]) == rows:
+    if group is not None and group.table in tables and len(instance[group.table]) == rows:
         for column in tables[group.table].columns:
             if column.unit == "s" and not column.shape and column.role == "data":
                 times = np.asarray(instance[group.table][column.path], dtype=float)

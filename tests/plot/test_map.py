@@ -121,3 +121,12 @@ def test_cameras_stand_where_they_look_from() -> None:
     found = map_of(bundle, type(bundle).layout)
     assert found is not None and found.up == "y"
     assert np.allclose(found.points["cameras"].places, [[1, 2, 3]])
+
+
+@needs("matplotlib")
+def test_residuals_of_run_time_are_drawn_too() -> None:
+    model = arael.loads("root R { param a: real = 0; constraint c { a - 1 } }", interpret=True)()
+    model.residuals.add("3 * a - 6", label="later")
+    model.solve()
+    titles = [axes.get_title(loc="left") for axes in model.plot("residuals").axes]
+    assert titles[0].startswith("later: 1 residuals") or titles[2].startswith("later: 1 residuals")
