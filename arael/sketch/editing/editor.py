@@ -172,18 +172,21 @@ class Editor:
             try:
                 self.remaining.check(outcome.moved, before, size, label)
             except AraelError as refused:
-                # What contradicts it is looked for from where the drawing was.
-                self.document.set_values(range(len(before)), before)
-                raise (self._contradiction(cause, collapse=True) or refused) from None
+                # Another solution, and what contradicts it, is looked for from where it was.
+                self.document.set_values(np.arange(len(before)), before)
+                found = self.solver.searched()
+                if found is None:
+                    raise (self._contradiction(cause, collapse=True) or refused) from None
+                outcome = found
             self.remaining.check_near(before, size, moves)
             return outcome
         if outcome.status == "interrupted":
             raise broken_off()
         if outcome.status == "side" and self._has_other_side(size):
             raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
-        found = self._contradiction(cause)
-        if found is not None:
-            raise found
+        contradiction = self._contradiction(cause)
+        if contradiction is not None:
+            raise contradiction
         raise refusals.not_converged(outcome.open, outcome.residual)
 
     def _contradiction(self, cause: str, collapse: bool = False) -> AraelError | None:
@@ -193,16 +196,19 @@ class Editor:
         or says nothing that the refusal of the collapse does not.
         """
         # Where nothing contradicts the cause, another part did so before: a file may bring that.
-        members = self.judge.conflict(cause) or (self.judge.conflict() if cause else ())
+        members, proven = self.judge.conflict(cause)
+        if cause and not members:
+            members, proven = self.judge.conflict()
         if self.solver.interrupted:  # trials that were broken off prove nothing
             return broken_off()
         if len(members) < (2 if collapse else 1):
             return None
         main = cause if cause in members else members[-1]
         others = [member for member in members if member != main]
-        return refusals.impossible(
-            self._label(main), others, self._cheapest(others), collapse=collapse
-        )
+        drop = self._cheapest(others)
+        if not proven:
+            return refusals.not_found(self._label(main), others, drop)
+        return refusals.impossible(self._label(main), others, drop, collapse=collapse)
 
     def _has_other_side(self, size: float) -> bool:
         """Whether there is a solution, in which nothing collapses, if sides need not be kept."""

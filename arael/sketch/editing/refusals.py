@@ -42,12 +42,34 @@ def impossible(
     )
 
 
+#: What was tried where no solution was found.
+_TRIED = (
+    "tried: steps of least change, steps that keep all sides and lengths, and ways out of "
+    "positions in which equations depend on each other"
+)
+
+
+def not_found(label: str, others: Sequence[str], drop: str) -> AraelError:
+    """E1234: no common solution was found, and none is proven not to exist."""
+    together = f" together with {listed(others)}" if others else ""
+    near = "drag the geometry nearer to what is wanted, or go in smaller steps"
+    return AraelError(
+        Diagnostic(
+            "E1234",
+            f"no solution of `{label}`{together} was found from here",
+            notes=(_TRIED, "the sketch is left as it was"),
+            help=(near, *((f"`delete {drop}` would make it possible",) if drop else ())),
+        )
+    )
+
+
 def other_side(name: str, guard: str) -> AraelError:
     """E1233: a solution was found on the other side only."""
     return AraelError(
         Diagnostic(
             "E1233",
             f"no solution of `{name}` was found on this side: {guard} would turn over",
+            notes=(_TRIED,),
             help=("drag the geometry to the other side first, or choose another value",),
         )
     )
@@ -60,7 +82,10 @@ def not_converged(open_rows: Sequence[str], residual: float) -> AraelError:
             "E1234",
             f"no solution found: {listed(open_rows)} stay{'s' if len(open_rows) == 1 else ''} "
             f"open by {residual:.3g}",
-            notes=("the sketch is left as it was",),
+            notes=(
+                _TRIED,
+                "the sketch is left as it was",
+            ),
             help=("go in smaller steps, or look at `list constraints` for what contradicts it",),
         )
     )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from arael.runtime.levels.compiled import surely_independent
 from arael.sketch.judge.conflicts import conflict, joints, smallest
 from arael.sketch.judge.motions import Motion, Part, motions
+from arael.sketch.judge.proof import proven, pulling
 from arael.sketch.judge.rank import Rank
 from arael.sketch.layout.layout import Layout, Linearisation
 from arael.sketch.solve.breaking import broken_off
@@ -357,12 +358,21 @@ class Judge:
                 return found
         return []
 
-    def conflict(self, cause: str = "") -> tuple[str, ...]:
-        """A smallest set of constraints and dimensions that cannot hold together.
+    def conflict(self, cause: str = "") -> tuple[tuple[str, ...], bool]:
+        """A smallest set of constraints and dimensions without a common solution; if it is proven.
 
-        As `arael.sketch.judge.conflicts.conflict`.
+        As `arael.sketch.judge.conflicts.conflict`. Without a proof none was found, that is all.
         """
-        return conflict(self.layout, self.solver, cause)
+        layout, solver = self.layout, self.solver
+        members = conflict(layout, solver, cause)
+        if not members:
+            return (), False
+        if layout.impossible.keys() & set(members) or proven(solver, members):
+            return members, True
+        others = pulling(solver, layout.connected(cause or members[-1]))
+        if others and (not cause or cause in others) and proven(solver, others):
+            return others, True
+        return members, False
 
     def standing(self, redundant: Sequence[str], seconds: float = 0.5) -> list[Verdict]:
         """What is wrong with the sketch as it is: what is ``impossible``, ``redundant``, ``here``.

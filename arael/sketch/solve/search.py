@@ -3,29 +3,29 @@
 Newton's method ends where a guard stops its step, or where the equations depend on each other,
 although freedoms are open. Here a small dense problem around the open equations is solved:
 
-- Guards become inequalities of the step. What the least step would turn over keeps its extent, and
-  the rest of the change is taken by what is free: a least-distance problem (C. Lawson, R. Hanson,
-  "Solving Least Squares Problems", 1974, chapter 23).
+- Guards become inequalities of the step, and so do lengths of lines, which a least step may shrink
+  to nothing. What the least step would turn over keeps its extent, and the rest of the change is
+  taken by what is free: a least-distance problem (C. Lawson, R. Hanson, "Solving Least Squares
+  Problems", 1974, chapter 23).
 - Where a combination of equations has no derivative, its curvature moves: along null directions of
   the Jacobian, to both sides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.sketch.solve.region import Region
+
 if TYPE_CHECKING:
-    from arael.runtime.levels.compiled import Rows
     from arael.sketch.solve.solver import Solver
 
 Array = NDArray[np.float64]
 
-#: Unknowns of the problem, those next to the open equations first: the rest does not move.
-MOST_UNKNOWNS = 240
 #: Steps past guards; most searches take fewer than ten.
 STEPS = 40
 #: Share of a guard's number that a step may use up.
@@ -45,101 +45,43 @@ class Search:
     ----------
     solver : with the new values set, and prepared
     x : (n,) unknowns of the layout; not changed
+    names : constraints and dimensions that count; all without
     """
 
-    def __init__(self, solver: Solver, x: Array) -> None:
+    def __init__(self, solver: Solver, x: Array, names: Sequence[str] | None = None) -> None:
         self._solver, self._start = solver, x
-        layout = solver.layout
-        self._rows, self._guards = layout.rows, layout.guards
-        low, high = layout.bounds
-        self._low = np.full(len(x), -np.inf) if low is None else low
-        self._high = np.full(len(x), np.inf) if high is None else high
-        scales = solver.levels.scales
-        self._scale = np.ones(len(x)) if scales is None else np.asarray(scales)
-        # An arc whose sweep or length is asked for may pass half a turn, where its guard is zero.
-        asked = self._asked()
-        self._kept = np.zeros(self._guards.m, dtype=bool)
-        for row in self._guards.instances().tolist():
-            sweep = self._guards.struct(row) == "SweepGuard"
-            self._kept[row] = not (sweep and layout.guard_owner[row] in asked)
-        self._kept &= self._guards.evaluate(x) > 0.0
+        self._region = Region(solver, x, names)
 
     def solution(self) -> Array | None:
         """Unknowns that solve everything and keep the sides; None if none was found."""
-        if not self._around():
+        if not self._region.is_open:
             return None
         found = self._past_guards()
         if found is not None:
             return found
         return next(self._past_curves(), None)
 
-    def _asked(self) -> set[str]:
-        """Entities whose sweep or length is not what it is to be."""
-        layout = self._solver.layout
-        open_ = np.abs(self._rows.evaluate(self._start)) > self._solver.tolerances.at(self._start)
-        dimensions = layout.document.dimensions
-        found: set[str] = set()
-        for name in {layout.owner[row] for row in np.flatnonzero(open_)} & dimensions.keys():
-            if dimensions[name].kind in ("sweep", "arc_length"):
-                found.update(dimensions[name].args)
-        return found
-
-    # --- the problem around the open equations ------------------------------------------------
-
-    def _around(self) -> bool:
-        """Choose unknowns and equations around the open ones; whether there are any."""
-        rows, x = self._rows, self._start
-        residuals = rows.evaluate(x)
-        if not np.isfinite(residuals).all() or not len(residuals):
-            return False
-        pattern, sides = _pattern(rows), _pattern(self._guards)
-        near = np.abs(residuals) > self._solver.tolerances.at(x)
-        reached = near @ pattern > 0
-        if not reached.any() or reached.sum() > MOST_UNKNOWNS:
-            return False
-        while True:
-            wider = reached @ pattern.T > 0, reached @ sides.T > 0
-            more = reached | (wider[0] @ pattern > 0) | (wider[1] @ sides > 0)
-            if more.sum() == reached.sum() or more.sum() > MOST_UNKNOWNS:
-                break
-            reached = more
-        self._columns = np.flatnonzero(reached)
-        self._own = np.flatnonzero(wider[0])
-        self._sides = np.flatnonzero(wider[1] & self._kept)
-        return True
-
-    def _dense(self, rows: Rows, x: Array, own: NDArray[np.int64]) -> tuple[Array, Array]:
-        """Residuals and scaled Jacobian of some rows, by the chosen unknowns."""
-        # imported here: start-up time
-        from scipy.sparse import csr_array
-
-        residuals, entries = rows.jacobian(x)
-        matrix = csr_array((entries, rows.indices, rows.indptr), shape=(rows.m, rows.n))
-        found = matrix[own][:, self._columns].toarray() * self._scale[self._columns]
-        return residuals[own], found
-
-    def _solved(self, x: Array) -> bool:
-        return bool(self._rows.holds(x, self._solver.tolerances.at(x)))
+    def _polished(self, x: Array) -> bool:
+        """Solve in place from there; whether that is done."""
+        return self._solver.guarded(x, self._region.active)
 
     def _good(self, x: Array) -> bool:
         """Whether a solution keeps sides and leaves something of everything."""
-        kept = self._guards.evaluate(x)[self._kept] > 0.0
-        return bool(kept.all()) and not self._solver.collapsed(x)
+        return self._region.keeps_sides(x) and not self._solver.collapsed(x)
 
     # --- past guards ----------------------------------------------------------------------------
 
     def _past_guards(self) -> Array | None:
         """By steps of least norm among those that keep all sides."""
         x = self._start.copy()
-        columns, scale = self._columns, self._scale[self._columns]
-        if not len(self._sides):
-            return None
+        region = self._region
+        columns, scale = region.columns, region.scale[region.columns]
         size = np.inf
         for _ in range(STEPS):
             if self._solver.interrupted:
                 return None
-            residuals, jacobian = self._dense(self._rows, x, self._own)
-            sides, slopes = self._dense(self._guards, x, self._sides)
+            residuals, jacobian = self._region.linearised(x)
+            sides, slopes = self._region.sides_at(x)
             step = self._least(residuals, jacobian, sides, slopes, x)
             if step is None:
                 return None
@@ -148,18 +90,17 @@ class Search:
             while True:
                 tried = x.copy()
                 tried[columns] += share * scale * step
-                np.clip(tried, self._low, self._high, out=tried)
-                new = float(np.linalg.norm(self._rows.evaluate(tried)[self._own]))
-                held = self._guards.evaluate(tried)[self._sides]
-                if new < norm * (1.0 - 1e-4 * share) and (held > 0.0).all():
+                np.clip(tried, self._region.low, self._region.high, out=tried)
+                new = float(np.linalg.norm(region.residuals(tried)))
+                if new < norm * (1.0 - 1e-4 * share) and region.keeps_sides(tried):
                     break
                 share *= 0.5
                 if share < 1e-4:
                     return None
             x = tried
-            if self._solved(x):
+            if region.holds(x):
                 polished = x.copy()
-                if self._solver.guarded(polished):
+                if self._polished(polished):
                     x = polished
                 return x if self._good(x) else None
             if new > 0.999 * size:
@@ -172,9 +113,9 @@ class Search:
     ) -> Array | None:
         """The least scaled step that solves the linear equations and keeps the sides."""
         least, free = _solve(jacobian, residuals)
-        scale = self._scale[self._columns]
-        low = self._low[self._columns] - x[self._columns]
-        high = self._high[self._columns] - x[self._columns]
+        scale = self._region.scale[self._region.columns]
+        low = self._region.low[self._region.columns] - x[self._region.columns]
+        high = self._region.high[self._region.columns] - x[self._region.columns]
         at_low, at_high = np.flatnonzero(np.isfinite(low)), np.flatnonzero(np.isfinite(high))
         unit = np.eye(len(scale))
         rows = np.vstack([slopes, unit[at_low], -unit[at_high]])
@@ -209,10 +150,10 @@ class Search:
                     if solver.interrupted:
                         return
                     tried = x.copy()
-                    tried[self._columns] += sign * nudge * size * way
-                    np.clip(tried, self._low, self._high, out=tried)
-                    if solver.guarded(tried) and self._good(tried):
-                        distance = float(np.linalg.norm((tried - x) / self._scale))
+                    tried[self._region.columns] += sign * nudge * size * way
+                    np.clip(tried, self._region.low, self._region.high, out=tried)
+                    if self._polished(tried) and self._good(tried):
+                        distance = float(np.linalg.norm((tried - x) / self._region.scale))
                         found.append((distance, tried))
                 if found:
                     # Mirrored solutions are equally far: the first of them.
@@ -222,7 +163,7 @@ class Search:
 
     def _ways(self, x: Array) -> list[Array]:
         """Unit directions of the chosen unknowns, those that curve most first."""
-        residuals, jacobian = self._dense(self._rows, x, self._own)
+        residuals, jacobian = self._region.linearised(x)
         least, free = _solve(jacobian, residuals)
         if not free.shape[1]:
             return []
@@ -230,15 +171,15 @@ class Search:
         open_ = residuals + jacobian @ least
         if not np.linalg.norm(open_) > 1e-6 * np.linalg.norm(residuals):
             return []
-        scale = self._scale[self._columns]
+        scale = self._region.scale[self._region.columns]
         h = 1e-4 * self._solver.layout.size
         curvature = np.empty((free.shape[1], free.shape[1]))
         for k in range(free.shape[1]):
             ahead, behind = x.copy(), x.copy()
-            ahead[self._columns] += h * scale * free[:, k]
-            behind[self._columns] -= h * scale * free[:, k]
-            change = self._dense(self._rows, ahead, self._own)[1]
-            change -= self._dense(self._rows, behind, self._own)[1]
+            ahead[self._region.columns] += h * scale * free[:, k]
+            behind[self._region.columns] -= h * scale * free[:, k]
+            change = self._region.linearised(ahead)[1]
+            change -= self._region.linearised(behind)[1]
             curvature[:, k] = free.T @ (open_ @ change) / (2.0 * h)
         values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
         largest = float(np.abs(values).max(initial=0.0))
@@ -250,15 +191,6 @@ class Search:
             first = way[np.flatnonzero(np.abs(way) > 0.5)[0]]
             found.append(way if first > 0.0 else -way)
         return found
-
-
-def _pattern(rows: Rows) -> Any:
-    """Which unknowns each row reads, (m, n)."""
-    # imported here: start-up time
-    from scipy.sparse import csr_array
-
-    indices, indptr = rows.indices, rows.indptr
-    return csr_array((np.ones(len(indices)), indices, indptr), shape=(rows.m, rows.n))
 
 
 def _solve(jacobian: Array, residuals: Array) -> tuple[Array, Array]:

@@ -167,10 +167,10 @@ class Solver:
         else:
             self.layout.cross_back(moved)
         if found.status in ("side", "stalled") and not self.layout.impossible:
-            return self._searched() or found
+            return self.searched() or found
         return found
 
-    def _searched(self) -> Outcome | None:
+    def searched(self) -> Outcome | None:
         """A solution where the steps of least norm lead to none, written; None if none is found."""
         layout = self.layout
         x = layout.gather().copy()
@@ -214,9 +214,9 @@ class Solver:
         layout.settled()
         return found.having_moved(moved)
 
-    def guarded(self, x: Array) -> bool:
-        """Solve in place on the sides of `x`; whether that is done."""
-        return self._newton(x).solved
+    def guarded(self, x: Array, active: NDArray[np.bool_] | None = None) -> bool:
+        """Solve in place on the sides of `x`, some rows or all; whether that is done."""
+        return self._newton(x, active).solved
 
     def _once(
         self, last: Array | None = None, share: float = 0.0, crossed: Mapping[str, float] = _NONE
@@ -513,6 +513,14 @@ class Solver:
         found = self._newton(full, active)
         return full[layout.unknowns] if found.solved else None
 
+    def rows_of(self, names: Sequence[str]) -> NDArray[np.bool_]:
+        """(m,) rows of constraints and dimensions, and of all entities."""
+        layout = self.layout
+        found = np.zeros(layout.rows.m, dtype=bool)
+        for name in [*layout.document.entities, *names]:
+            found[layout.first_rows(name)] = True
+        return found
+
     def feasible(self, names: Sequence[str]) -> bool:
         """Whether these constraints and dimensions alone can be solved from where the sketch is.
 
@@ -525,17 +533,17 @@ class Solver:
             return False
         self.prepare(x)
         document = layout.document
-        active = np.zeros(layout.rows.m, dtype=bool)
-        for name in [*document.entities, *names]:
-            active[layout.first_rows(name)] = True
+        active = self.rows_of(names)
         kept = {*document.entities, *names}
         start = x.copy()
         good = self._keeps_sides(x, active, kept)
         lost = self.collapsed(x)
+        if good and not lost:
+            return True
+        if Search(self, start, names).solution() is not None:
+            return True
         lines = [one for one in lost if one.kind == "line"]
-        if not lines:
-            return good and not lost
-        for ways in self._turns(lines, names):
+        for ways in self._turns(lines, names) if lines else ():
             # From across, the nearest solution is a line without length.
             x[:] = start
             for line, angle in ways:

@@ -117,3 +117,26 @@ def test_a_range_of_a_free_arc_is_reached_past_half_a_turn() -> None:
     assert 30.0 <= sketch.editor.measure("sweep", ["A0"]) <= 90.0 + 1e-6
     sketch.run("sweep a 45")
     assert sketch.editor.measure("sweep", ["A0"]) == pytest.approx(45.0)
+
+
+#: A script, and what the least step would fulfil by shrinking a line to nothing.
+KEPT = [
+    ("add_line -2.6,5.7 -6.3,7.7; add_line 0,-1.4 6,9.7; perpendicular L1 L0; length L1 driven",
+     "horizontal L0.p1 L0.p2"),
+    ("add_line 1.9,-2.2 2.5,3.1 -9.7,5.5; add_line 9.9,0.2 -7.8,7.9; distance L2 L1 driven",
+     "parallel L0 L1"),
+    ("add_line -0.8,8.7 8.9,-8.1 -10,-0.9; add_line 8.2,6.2 8.1,6.3; lock L2.p1;"
+     "vdistance L0.p2 L2.p2 driven; hdistance L0.p1 L1.p2 driven; angle L2 L0 driven;"
+     "xangle L2 148", "xangle L2 131"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("script", "line"), KEPT)
+def test_what_a_collapse_would_fulfil_is_fulfilled_otherwise(script: str, line: str) -> None:
+    sketch = Sketch()
+    sketch.run(script)
+    sketch.run(line)
+    assert not sketch.editor.solver.left_open()
+    lines = [one.name for one in sketch.document.entities.values() if one.kind == "line"]
+    ends = [sketch.document.numbers_of(name) for name in lines]
+    assert min(math.dist(one[:2], one[2:]) for one in ends) > 0.05
