@@ -18,7 +18,7 @@ from arael.fitting.polish import polished
 from arael.fitting.result import Fit
 from arael.fitting.scales import exponents, magnitude
 from arael.fitting.starts import find_start
-from arael.fitting.table import Table, table_of
+from arael.fitting.table import Table, pair_of, table_of
 
 Array = NDArray[np.float64]
 Trace = Callable[[str], object]
@@ -27,6 +27,7 @@ Trace = Callable[[str], object]
 def fit(
     formula: str,
     data: Any,
+    measured: Any = None,
     *,
     y: str | None = None,
     sigma: float | str | Any = None,
@@ -51,7 +52,9 @@ def fit(
     formula : ``"y = a * exp(-b * x)"``; without ``y =`` the column `y` or ``"y"`` is predicted. A
         formula that contains it, or ``"0 = ..."``, is a residual to minimise.
     data : columns by name (arrays, or one number for all points), a data frame, the path of a CSV
-        file or a list of paths. Points with a missing value (NaN) are left out.
+        file or a list of paths. Points with a missing value (NaN) are left out. With `measured`
+        the values of the column ``x``.
+    measured : values of the column ``y``, so that ``fit(formula, x, y)`` reads as `curve_fit` does
     y : the predicted column
     sigma : standard deviation of the points: a number, an array, or the name of a column. Without
         it the scatter of the points about the curve is used, ``sqrt(cost / (points - parameters))``
@@ -92,7 +95,7 @@ def fit(
         raise wrong_argument("fit", "trace", "a function of a line", trace, "write `trace=print`")
     _check_arguments(formula, y, group, start=start, bounds=bounds, fixed=fixed)
     shared = _names(shared)
-    table = table_of(data)
+    table = table_of(data if measured is None else pair_of(data, measured, y))
     found = read_formula(formula, y, table.titles, table.name)
     points, skipped = _points(table, found, sigma, group)
     if group is None and shared:
@@ -133,7 +136,9 @@ def _check_arguments(formula: Any, y: Any, group: Any, **by_name: Any) -> None:
             "E0870",
             f"a formula is text, found {type(formula).__name__}",
             "formula",
-            'write "a * x"',
+            'write "a * x"; `Model.add_residuals` takes functions'
+            if callable(formula)
+            else 'write "a * x"',
         )
     for where, column in (("y", y), ("group", group)):
         if column is not None and not isinstance(column, str):

@@ -89,6 +89,11 @@ class Fit(Displayed):
         """Values by name."""
         return dict(zip(self.names, self.values.tolist(), strict=True))
 
+    def __getitem__(self, name: str) -> float:
+        """Value of a parameter; E0872 if there is none of that name."""
+        check_parameter(name, self.names, "fit")
+        return self.parameters[name]
+
     @property
     def sigma(self) -> dict[str, float]:
         """Standard errors by name; 0 of fixed parameters and those on a bound."""

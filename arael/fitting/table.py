@@ -63,8 +63,24 @@ def table_of(data: Any) -> Table:
         "E0873",
         f"expected columns by name or a file, found {type(data).__name__}",
         "data",
-        'write `{"x": x, "y": y}`, or the path of a CSV file',
+        'write `{"x": x, "y": y}`, `fit(formula, x, y)`, or the path of a CSV file',
     )
+
+
+def pair_of(x: Any, measured: Any, y: str | None) -> dict[str, Any]:
+    """The columns ``x`` and ``y`` of a fit that is given two arrays; E0873 for anything else."""
+    both = []
+    for name, given in (("x", x), ("y", measured)):
+        found = np.asarray(given)
+        if isinstance(given, str | Mapping) or found.ndim != 1 or y is not None:
+            raise mistake(
+                "E0873",
+                "two arrays are the columns `x` and `y`, one number a point",
+                name if y is None else "y",
+                'for others give columns by name: `{"t": t, "v": v}`',
+            )
+        both.append(found)
+    return {"x": both[0], "y": both[1]}
 
 
 def _array(title: str, column: Any) -> NDArray[Any]:

@@ -208,6 +208,14 @@ def test_a_residual_formula() -> None:
         found.bands({"x": 1})
 
 
+def test_two_arrays_are_the_columns_x_and_y() -> None:
+    found = arael.fit("a * exp(-b * x) + c", X, list(Y))
+    assert found.parameters == arael.fit(FORMULA, DATA).parameters
+    assert found["b"] == found.parameters["b"] == pytest.approx(0.7, abs=0.02)
+    with pytest.raises(AraelError, match="did you mean 'b'"):
+        found["B"]
+
+
 def test_the_model_of_a_fit_is_an_ordinary_model() -> None:
     model = arael.fit(FORMULA, DATA).curve.model
     assert model.parameter_names() == ["a", "b", "c"]
@@ -239,6 +247,12 @@ def test_the_model_of_a_fit_is_an_ordinary_model() -> None:
         ({"data": {"x": [np.nan], "y": [1]}}, "E0873", "no point has all the values"),
         ({"data": 3}, "E0873", "expected columns by name or a file, found int"),
         ({"data": {}}, "E0873", "there are no points"),
+        ({"data": X}, "E0873", "found ndarray"),
+        ({"measured": Y}, "E0873", "two arrays are the columns"),
+        ({"data": X, "measured": [[1.0]]}, "E0873", "two arrays are the columns"),
+        ({"data": X, "measured": Y, "y": "v"}, "E0873", "give columns by name"),
+        ({"data": X, "measured": Y[:3]}, "E0873", "differ in length"),
+        ({"formula": curve}, "E0870", "`Model.add_residuals` takes functions"),
         ({"loss": "cauchi(2)"}, "E0640", "cauchi"),
         ({"max_iter": 3}, "E1010", "did you mean `max_iters`?"),
         ({"formula": 3}, "E0870", "a formula is text, found int"),
