@@ -9,7 +9,7 @@ Not allowed: ``sin(1, 2)``, ``norm(3)``, ``sine(x)``, a method on a struct.
 from __future__ import annotations
 
 from arael.check.access import constant_index
-from arael.check.binding import BROKEN, Binding, Broken, Entity
+from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity
 from arael.check.builtins import (
     FUNCTIONS,
     IDENTITIES,
@@ -18,6 +18,7 @@ from arael.check.builtins import (
     Signature,
     is_number,
 )
+from arael.check.look_ups import look_up
 from arael.check.scope import ConstantScope
 from arael.check.suggest import nearest
 from arael.check.typed import INT, REAL, Invoke, Literal_, MatrixType, Typed, VectorType
@@ -144,6 +145,8 @@ def _method(t: Typist, node: tree.Call, func: tree.Attribute) -> Binding:
     if isinstance(owner, Broken):
         _arguments(t, node.args)
         return BROKEN
+    if isinstance(owner, Collection):
+        return look_up(t, node, func, owner)
     if isinstance(owner, Entity) or func.name not in METHODS:
         names = sorted(METHODS)
         near = nearest(func.name, names)

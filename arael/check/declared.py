@@ -79,6 +79,7 @@ class StructDecl:
     formulas: dict[str, tree.Symbolic | tree.Compute | tree.Tie] = field(default_factory=dict)
     update: tree.Update | None = None
     key: str = ""
+    order: str = ""  # a key that is a number: `at` looks rows up in its order
 
     @property
     def component(self) -> bool:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from arael.check.typed import Apply, Present, Read, Typed
+from arael.check.typed import Apply, LookUp, Present, Read, Typed
 from arael.check.walk import postorder
 from arael.runtime.layout import Step
 
@@ -57,6 +57,8 @@ def conjuncts(guard: Typed | None) -> list[Typed]:
 
 
 def moves(condition: Typed) -> bool:
-    """Whether a condition reads parameters, so that its value changes during a solve."""
-    reads = [n for n in postorder([condition]) if isinstance(n, Read)]
-    return any(n.version in ("trial", "computed") for n in reads)
+    """Whether a condition reads parameters or a look-up, which are evaluated during a solve."""
+    return any(
+        isinstance(n, LookUp) or (isinstance(n, Read) and n.version in ("trial", "computed"))
+        for n in postorder([condition])
+    )

@@ -1,9 +1,9 @@
 """Rule: the members of a struct have unique names.
 
-Allowed: a field and a constraint of the same name; one `key`, one `solve`.
+Allowed: a field and a constraint of the same name; one `key`, text or a number; one `solve`.
 
-Not allowed: two fields, or two constraints, of one name; a `key` that is not a string field. (The
-grammar decides which members a struct and a root may have.)
+Not allowed: two fields, or two constraints, of one name; a `key` of another type. (The grammar
+decides which members a struct and a root may have.)
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import re
 from arael.check.declared import StructDecl
 from arael.check.report import Reporter
 from arael.check.suggest import did_you_mean
-from arael.check.typed import STRING
+from arael.check.typed import REAL, STRING
 from arael.diagnostics.records import Label, Span
 from arael.syntax import tree
 
@@ -61,7 +61,7 @@ def prior_name(prior: tree.Prior) -> str:
 
 
 def check_keys(struct: StructDecl, report: Reporter) -> None:
-    """Find the key of `struct`, after its fields are resolved."""
+    """Find the key of `struct`, text or a number, after its fields are resolved."""
     first: tree.Key | None = None
     for member in struct.node.members:
         if not isinstance(member, tree.Key):
@@ -82,14 +82,16 @@ def check_keys(struct: StructDecl, report: Reporter) -> None:
                 label="unknown field",
                 help=did_you_mean(name, struct.fields) or [f"add `{name}: string`"],
             )
-        elif field.type != STRING or field.optional or field.node.role != "data":
+        elif field.type not in (STRING, REAL) or field.optional or field.node.role != "data":
             report.error(
                 "E0409",
                 member.field.span,
-                "a key is a string field",
+                "a key is a field of type `string` or `real`",
                 label=f"this is `{field.text}`",
                 labels=[Label(field.span, "declared here")],
             )
+        elif field.type == REAL:
+            struct.order = name
         else:
             struct.key = name
 

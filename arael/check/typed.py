@@ -209,6 +209,34 @@ class Total(Typed):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class LookUp(Typed):
+    """The value of a column of data between the rows of a collection, at the argument `of`.
+
+    Attributes
+    ----------
+    slot : of the row that owns the collection `collection`, a table
+    key, column : its columns: where the rows are, and what is interpolated
+    order : rows that a value depends on; 2 and ``cubic`` interpolate, a spline has control points
+    spline : whether rows are the control points of a B-spline
+    wrapped : whether the column holds angles, which are the same after a full turn
+    clamp : whether an argument outside has the value at the nearest end
+    rate : whether this is the derivative with respect to the argument
+    """
+
+    of: Typed
+    slot: int
+    collection: str
+    key: str
+    column: str
+    order: int
+    spline: bool = False
+    wrapped: bool = False
+    clamp: bool = False
+    rate: bool = False
+    value: ValueType = REAL  # of the column
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SquaredNorm(Typed):
     """The argument of a user-defined loss: the sum of the squared residuals of an instance."""
 

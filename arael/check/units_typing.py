@@ -8,10 +8,12 @@ from typing import Any
 
 from arael.check.declared import FieldDecl
 from arael.check.typed import (
+    QUATERNION,
     Apply,
     Component,
     Formula,
     Literal_,
+    LookUp,
     MatrixType,
     Pack,
     Read,
@@ -21,7 +23,7 @@ from arael.check.typed import (
     Typed,
 )
 from arael.check.types import size_of
-from arael.check.units import ONE
+from arael.check.units import ONE, RAD
 from arael.check.units_quantities import (
     UNKNOWN,
     Clash,
@@ -30,7 +32,9 @@ from arael.check.units_quantities import (
     all_joined,
     joined,
     packed,
+    power,
     spread,
+    times,
 )
 from arael.check.units_rules import Misfit, result_of
 
@@ -46,6 +50,18 @@ class Units:
         """Record that `node` reads `field`; called before the node is added."""
         if field is not None:
             self.fields[node] = field
+
+    def look_up(self, node: LookUp, value: Quantity, key: Quantity) -> None:
+        """Record the unit of a look-up: that of its column, by that of the key for a rate."""
+        if not node.rate:
+            self.known[node] = value
+            return
+        over = power(all_joined(key), -1)
+        if node.value == QUATERNION:
+            self.known[node] = times(RAD, over)
+            return
+        size = size_of(node.type)
+        self.known[node] = packed(tuple(times(one, over) for one in spread(value, size)))
 
     def of(self, node: Typed) -> Quantity:
         """The unit of an expression that was added before."""

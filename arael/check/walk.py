@@ -9,6 +9,7 @@ from arael.check.typed import (
     Component,
     Formula,
     Invoke,
+    LookUp,
     Pack,
     Select,
     Total,
@@ -23,7 +24,7 @@ def operands(node: Typed) -> tuple[Typed, ...]:
         return node.args
     if isinstance(node, Invoke):
         return node.args if node.value is None else (*node.args, node.value)
-    if isinstance(node, Component | Formula | Total):
+    if isinstance(node, Component | Formula | LookUp | Total):
         return (node.of,)
     if isinstance(node, Pack):
         return node.items

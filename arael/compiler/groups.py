@@ -19,6 +19,7 @@ from arael.compiler.bounded import BoundedGraph
 from arael.compiler.entities import StateModel, see_inputs
 from arael.compiler.hoisting import hoist
 from arael.compiler.lead import leading
+from arael.compiler.look_ups import LookUps, RecordInput
 from arael.compiler.losses import robustify
 from arael.compiler.moving_guards import LANE, split, switched
 from arael.compiler.parts import Parts, cut
@@ -159,8 +160,10 @@ def _compile(
     )
     graph = scalariser.graph
     assert isinstance(scalariser.totals, Totals)
+    assert isinstance(scalariser.look_ups, LookUps)
     row_sums = None
     if scalariser.totals.rows:
+        scalariser.look_ups.require_none("a constraint with a sum that is evaluated row by row")
         seeds = partial(_seeds, uses=uses)
         whole = Divided(graph, uses.uses, residuals, holds, scalariser.totals.rows, seeds)
         row_sums = structs.replace(
@@ -243,6 +246,7 @@ def _scalarise(
     uses = _Uses(site, states)
     scalariser = Scalariser(graph, uses, functions, factored)
     scalariser.totals = Totals(graph, site, uses.uses)
+    scalariser.look_ups = LookUps(graph, site)
     residuals = [n for part in site.residual for n in scalariser.nodes(part)]
     if site.loss is not None:
         residuals = robustify(scalariser, residuals, site.loss, single)
@@ -305,7 +309,9 @@ def _assemble(
 ) -> Kernel:
     outputs = [*residuals, *jacobian.values()]
     guards = [] if moving_guard is None else [moving_guard]
-    outputs += guards
+    look_ups = scalariser.look_ups
+    assert isinstance(look_ups, LookUps)
+    outputs += [*guards, *look_ups.arguments]
     live = graph.live(outputs)
     keys = [graph.key(n) for n in live if graph.ops[n] == "input"]
     state_keys = sorted(k for k in keys if isinstance(k, StateInput))
@@ -313,10 +319,15 @@ def _assemble(
     state_nodes = {graph.input(k) for k in state_keys}
     if guards:
         state_nodes.add(graph.input(LANE))
+    records = look_ups.lanes
+    state_nodes.update(records)
 
     lane_nodes, uniform_nodes = hoist(site, graph, outputs, live, state_nodes, raw_keys)
     on = [graph.const(1.0)] * len(guards)  # every instance is active until the guard is evaluated
-    prepare = graph.tape([*lane_nodes, *on, *uniform_nodes], inputs=raw_keys)
+    none = [graph.const(0.0)] * len(records)  # nothing is looked up before the first evaluation
+    prepare = graph.tape([*lane_nodes, *none, *on, *uniform_nodes], inputs=raw_keys)
+    first_record = len(lane_nodes)
+    lane_nodes += records
     if guards:
         lane_nodes.append(graph.input(LANE))
 
@@ -331,8 +342,9 @@ def _assemble(
             columns[node] = kernel.input((kind, number))
             input_keys.append((kind, number))
     moved = graph.copy(outputs, kernel, columns)
-    r, holds = moved[: len(residuals)], moved[len(residuals) + len(jacobian) :]
-    entries = dict(zip(jacobian, moved[len(residuals) : len(moved) - len(holds)], strict=True))
+    r, end = moved[: len(residuals)], len(residuals) + len(jacobian)
+    holds, arguments = moved[end : end + len(guards)], moved[end + len(guards) :]
+    entries = dict(zip(jacobian, moved[len(residuals) : end], strict=True))
     # What cancelled to zero when hoisting re-simplified it is no entry any more.
     zero = kernel.const(0.0)
     entries = {k: n for k, n in entries.items() if n != zero}
@@ -387,6 +399,8 @@ def _assemble(
         sigma=sigma,
         sigma_raw=sigma_raw,
         moving_guard=kernel.tape(holds, inputs=input_keys) if holds else None,
+        look_ups=look_ups.placed(first_record),
+        arguments=kernel.tape(arguments, inputs=input_keys) if arguments else None,
         guard_text="" if site.guard is None else " ".join(site.guard.span.text.split()),
         triplets=site.triplets,
         triplet_pairs=triplet_pairs(site, states, uses.uses),
@@ -428,7 +442,9 @@ def _of_data(
     uses = _Uses(site, states)
     scalariser, totals = Scalariser(graph, uses, functions), Totals(graph, site, uses.uses, mark)
     scalariser.totals = totals
+    scalariser.look_ups = look_ups = LookUps(graph, site)
     nodes = list(scalariser.nodes(value))
+    look_ups.require_none(f"the {mark} of a constraint, which is evaluated before a solve")
     live = set(graph.live(nodes))
     keys = [k for k in graph.inputs if isinstance(k, RawInput) and graph.input(k) in live]
     return graph.tape(nodes, inputs=keys), tuple(Raw(*key) for key in keys), tuple(totals.found)
@@ -465,6 +481,8 @@ def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
         key = graph.key(node)
         if key == LANE:
             return "whether the guard holds"
+        if isinstance(key, RecordInput):
+            return _record_name(key)
         if isinstance(key, SumInput):
             return f"sum{key.sum + 1}[{key.component}]"
         if not isinstance(key, RawInput):
@@ -482,6 +500,11 @@ def _node_name(site: ConstraintSite, graph: Graph, node: int) -> str:
     )
     shown = names[:3] + ["..."] * (len(names) > 3)
     return f"{graph.ops[node]} of {', '.join(shown)}"
+
+
+def _record_name(key: RecordInput) -> str:
+    what = "interval" if key.component < 0 else f"record[{key.component}]"
+    return f"{what} of look-up {key.look_up + 1}"
 
 
 def _operand(site: ConstraintSite, graph: Graph, node: int, depth: int = 2) -> str:

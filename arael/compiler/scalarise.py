@@ -21,6 +21,7 @@ from arael.check.typed import (
     Formula,
     Invoke,
     Literal_,
+    LookUp,
     MatrixType,
     Pack,
     Present,
@@ -103,6 +104,14 @@ class Totals(Protocol):
         ...
 
 
+class LookUps(Protocol):
+    """Where the values of look-ups come from."""
+
+    def of(self, e: LookUp, argument: int) -> Nodes:
+        """Scalars of a look-up, from the node of its argument."""
+        ...
+
+
 class Scalariser:
     """Scalarises expressions of one constraint into one graph.
 
@@ -122,7 +131,9 @@ class Scalariser:
         self.chains = 0
         self.uses = uses
         self.functions = functions
-        self.totals: Totals | None = None  # of a constraint; formulas of entities have none
+        # Of a constraint; formulas of entities have none.
+        self.totals: Totals | None = None
+        self.look_ups: LookUps | None = None
         self.places: list[Place] = []
         self._done: dict[Typed, Nodes] = {}
         self._place_of: dict[tuple[str, str], int] = {}
@@ -192,6 +203,10 @@ class Scalariser:
             assert self.totals is not None
             with _at(g, self._place(e.span)):
                 return self.totals.of(e, self.nodes(e.of))
+        if isinstance(e, LookUp):
+            assert self.look_ups is not None
+            with _at(g, self._place(e.span)):
+                return self.look_ups.of(e, self.nodes(e.of)[0])
         if isinstance(e, Invoke):
             arguments = [self.nodes(a)[0] for a in e.args]
             value = None if e.value is None else self.nodes(e.value)[0]

@@ -72,6 +72,8 @@ def _shared(group: Group) -> str:
         return "numbers its instances"
     if group.moving_guard is not None:
         return "has a guard over parameters"
+    if group.look_ups:
+        return "looks rows up"
     for slot in group.slots:
         kinds = [step.kind for step in slot.steps]
         if "root" in kinds[:-1]:

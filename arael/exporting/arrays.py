@@ -177,8 +177,21 @@ def _data(names: Names, table: Table, read: dict[str, int]) -> Array:
 
 
 def refuse_rows(kernels: tuple[Kernel, ...]) -> None:
-    """Refuse constraints whose program depends on the lengths of lists."""
+    """Refuse constraints whose program depends on the rows of lists."""
     for kernel in kernels:
+        if kernel.group.look_ups:
+            raise AraelError(
+                Diagnostic(
+                    "E1501",
+                    f"`{kernel.group.label}` looks rows up, which exported code cannot",
+                    origin=kernel.group.look_ups[0].where,
+                    notes=(f"it reads `{kernel.group.look_ups[0].text}`",),
+                    help=(
+                        "let the data have the value as a column of its own, or leave the "
+                        "constraint out with --constraint",
+                    ),
+                )
+            )
         if kernel.group.row_sums is not None:
             raise AraelError(
                 Diagnostic(

@@ -9,7 +9,7 @@ from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
 from libc.stdint cimport int32_t, int64_t, uint8_t
 
 cdef enum:
-    KERNEL_ABI = 5
+    KERNEL_ABI = 6
 
 # A native function as it was bound, called with its arguments in f64. Numbered as in
 # Layout.natives; addresses come with a problem and are never part of generated code.
@@ -50,15 +50,16 @@ ctypedef void (*refresh_function)(
     Py_ssize_t rows, const void* state, const void* delta, const int32_t* delta_at, void* moved
 ) noexcept nogil
 
-# whether each instance acts, into the last column of `data`
-ctypedef void (*guard_function)(const Lanes* lanes) noexcept nogil
+# what is written into columns of `data` before an evaluation
+ctypedef void (*write_function)(const Lanes* lanes) noexcept nogil
 
 ctypedef struct Kernel:
     const char* label
     cost_function cost
     linearise_function linearise
     rows_function rows
-    guard_function guard    # NULL if no guard reads parameters
+    write_function guard    # whether each instance acts; NULL if no guard reads parameters
+    write_function arguments  # of look-ups; NULL if there are none
 
 ctypedef struct KernelTable:
     int abi

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from arael.runtime.machine.tape import Tape
 
-LAYOUT_VERSION = 4
+LAYOUT_VERSION = 5
 
 ReadBy = tuple[int, ...]
 """Numbers of groups that are prepared from the same."""
@@ -332,6 +332,63 @@ class Total(msgspec.Struct, frozen=True):
     tape: Tape
 
 
+class LookUp(msgspec.Struct, frozen=True):
+    """A look-up of a column of data between the rows of a collection.
+
+    The argument is evaluated by `Group.arguments`. The lane inputs from `first` on are the number
+    of the interval that it lies in, then the record of this interval (`look_up_tables.py`).
+
+    Attributes
+    ----------
+    slot : of the row that owns the collection
+    collection : table of the rows
+    key, column : its columns: where the rows are, and what is interpolated
+    order : rows that a value depends on
+    spline : whether rows are the control points of a B-spline; else they are interpolated
+    value : ``vector`` also of one scalar; ``wrapped`` an angle
+    width : scalars of the column
+    clamp : whether an argument outside has the value at the nearest end; else none
+    first : number of a lane input
+    where, text : place and text in the model
+    """
+
+    slot: int
+    collection: str
+    key: str
+    column: str
+    order: int
+    spline: bool
+    value: Literal["vector", "wrapped", "rotation", "transform"]
+    width: int
+    clamp: bool
+    first: int
+    where: str
+    text: str
+
+    @property
+    def degree(self) -> int:
+        """Degree of the polynomials."""
+        return self.order - 1
+
+    @property
+    def moved(self) -> int:
+        """Leading scalars of the column that are interpolated by polynomials."""
+        return {"rotation": 0, "transform": 3}.get(self.value, self.width)
+
+    @property
+    def turned(self) -> bool:
+        """Whether the column ends with a quaternion."""
+        return self.value in ("rotation", "transform")
+
+    @property
+    def record(self) -> int:
+        """Scalars of the record of an interval."""
+        size = 1 + 2 * self.clamp + self.moved * self.order
+        if self.turned:
+            size += 4 + 3 if self.order == 2 else 4 + self.degree * (3 + self.order)
+        return size
+
+
 class Length(msgspec.Struct, frozen=True):
     """Instances of a group by the number of rows in a list: from `low` to `high`.
 
@@ -428,6 +485,8 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     inputs of `tape`, evaluated at each linearisation into the last of the lane inputs, which the
     residuals are switched by.
 
+    `arguments` is a tape over the same inputs; its outputs are the arguments of `look_ups`.
+
     `sigma` is over `sigma_raw` alone: standard deviations of a prior, which must be positive.
 
     With `row_sums` the group is for instances whose lists are empty. The others are in groups that
@@ -459,6 +518,8 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     sigma: Tape | None = None
     sigma_raw: tuple[Raw, ...] = ()
     moving_guard: Tape | None = None
+    look_ups: tuple[LookUp, ...] = ()
+    arguments: Tape | None = None
     loss_text: str = ""
     triplets: str = ""  # field of the root that stands for these pairs of uses
     triplet_pairs: tuple[tuple[int, int], ...] = ()
@@ -493,10 +554,21 @@ class Group(msgspec.Struct, frozen=True, dict=True):
         return [pair_of(u, self.lead[0]) for u in range(len(self.uses)) if u != self.lead[0]]
 
     @cached_property
+    def written(self) -> tuple[tuple[Literal["guard", "arguments"], Tape, tuple[int, ...]], ...]:
+        """Tapes whose results are written into lanes of data, and the numbers of these lanes."""
+        found: list[tuple[Literal["guard", "arguments"], Tape, tuple[int, ...]]] = []
+        if self.moving_guard is not None:
+            found.append(("guard", self.moving_guard, (self.data_count - 1,)))
+        if self.arguments is not None:
+            found.append(
+                ("arguments", self.arguments, tuple(one.first + 1 for one in self.look_ups))
+            )
+        return tuple(found)
+
+    @cached_property
     def calls_natives(self) -> bool:
         """Whether it calls native functions, which may not bear being called concurrently."""
-        tapes = [self.tape] if self.moving_guard is None else [self.tape, self.moving_guard]
-        return any(tape.natives for tape in tapes)
+        return any(tape.natives for tape in (self.tape, *(tape for _, tape, _ in self.written)))
 
 
 Columns = tuple[tuple[int, str, list[int], list[int]], ...]
@@ -704,7 +776,10 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
         for number, group in enumerate(self.groups):
             reads = [(group.slots, raw) for raw in group.raw]
             reads += [(total.slots, raw) for total in group.totals for raw in total.raw]
-            for place in {(slots[raw.slot].table, raw.column) for slots, raw in reads}:
+            places = {(slots[raw.slot].table, raw.column) for slots, raw in reads}
+            for one in group.look_ups:
+                places |= {(one.collection, one.key), (one.collection, one.column)}
+            for place in places:
                 if "#" not in place[1]:  # a total, whose own reads are here
                     found.setdefault(place, []).append(number)
         return {place: tuple(numbers) for place, numbers in found.items()}

@@ -25,6 +25,7 @@ from arael.runtime.linear.compiled import LinearSolver
 from arael.runtime.linear.small import small_solver
 from arael.runtime.machine.compiled import NativeTable
 from arael.runtime.machine.native_binding import Binding
+from arael.runtime.machine.programs import evaluate
 from arael.runtime.store.access import Array, Bools, Ints, StoreLike
 from arael.runtime.system import blocks_of, row_name
 
@@ -141,7 +142,7 @@ class Problem:
             known = {} if earlier is None else self._own_data(earlier)
         return [
             known[number]
-            if number in known and group.moving_guard is None and not self._hooked(number)
+            if number in known and not group.written and not self._hooked(number)
             else self._gather(number)
             for number, group in enumerate(layout.groups)
         ]
@@ -353,8 +354,8 @@ class Problem:
         Parameters
         ----------
         number : of the group
-        states : one array (rows, state) per entity, in any precision; instances are active as at
-            the accepted state
+        states : one array (rows, state) per entity, in any precision; instances are active, and
+            look-ups in the intervals, as at the accepted state
         derivatives : False leaves zeros for Jacobian entries that a function of the caller gives
         """
         group, one = self.layout.groups[number], self.instances[number]
@@ -364,9 +365,23 @@ class Problem:
         if self.hooks is not None and number in self.hooks.items:
             found = self.hooks.columns_at(number, states, derivatives)
             data = [*found.T, *[np.zeros(len(found))] * (len(data) - found.shape[1])]
+        for table, argument in zip(one.tables, self.arguments(number), strict=True):
+            records = table.records_at(argument)
+            data[table.first + 1 : table.first + 1 + len(records.T)] = records.T
         if group.moving_guard is not None:
             data[-1] = np.asarray(self.evaluation.acting(number), dtype=self.dtype)
         return [*moving, *data, *one.uniform]
+
+    def arguments(self, number: int) -> list[Array]:
+        """Arguments of the look-ups of a group at the accepted state, each (n,)."""
+        group, one = self.layout.groups[number], self.instances[number]
+        if group.arguments is None:
+            return []
+        at, states = self.structure.placements[number].rows, self.states
+        moving = [states[group.uses[u].entity][at[:, u], offset] for u, offset in group.states]
+        inputs = [*moving, *one.data.T, *one.uniform]
+        found = evaluate(group.arguments, inputs, self.dtype, self.natives)
+        return [np.broadcast_to(argument, len(one.rows)) for argument in found]
 
     def constraint_rows(self, number: int) -> tuple[Array, Bools, Ints]:
         """Residuals (n, m), whether they act, and rows of the instances of a constraint, in order.
@@ -417,7 +432,7 @@ class Problem:
         ------
         SolveError
             E1006 nothing can move; E1007 a parameter starts outside its bounds; E0730 bounds that
-            leave no value.
+            leave no value; E1018 a look-up is outside of its table.
         """
         system = self.structure.system
         if len(system.held) == system.size:
@@ -432,6 +447,12 @@ class Problem:
                 )
             )
         check_start(system, self.states)
+        for number, group in enumerate(self.layout.groups):
+            if group.look_ups:
+                # Imported here for start-up time: only models with look-ups need it.
+                from arael.runtime.evaluation.look_up_tables import check_inside
+
+                check_inside(self, number)
 
     def number_instances(self) -> None:
         """Write each instance's number into its `constraint_index` column, -1 where inactive."""

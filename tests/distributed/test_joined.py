@@ -259,6 +259,13 @@ def test_what_cannot_be_read_leaves_the_others_joined(sent: Any, tmp_path: Path)
             {},
             "constraint `low` has a guard over parameters",
         ),
+        (
+            "struct K { key t; t: real; v: real }\n"
+            "struct P { param x: real\nks: list of K\nconstraint c { self.ks.at(x, v) } }\n"
+            "root R : f64 { ps: list of P }",
+            {},
+            "constraint `c` looks rows up",
+        ),
     ],
 )
 def test_models_that_are_not_joined(text: str, options: dict[str, Any], why: str) -> None:

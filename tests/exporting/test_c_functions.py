@@ -310,3 +310,14 @@ def test_sums_over_lists_of_any_length_are_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(AraelError, match=r"E1501.*`Sums.all` sums over a list term by term"):
         export(path)
+
+
+def test_look_ups_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "table.arael"
+    path.write_text(
+        "struct Fix { key t; t: real; x: real }\n"
+        "root Table { fixes: list of Fix; param p: real = 1\n"
+        "    constraint c { fixes.at(p, x) } }\n"
+    )
+    with pytest.raises(AraelError, match=r"E1501.*`Table.c` looks rows up"):
+        export(path)

@@ -23,7 +23,9 @@ from arael.runtime.machine.tape import Tape
 def emit_constraint(
     w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity], ordered: bool = True
 ) -> None:
-    """Write the functions ``cost_N``, ``linearise_N``, ``rows_N`` and, if needed, ``guard_N``.
+    """Write the functions ``cost_N``, ``linearise_N``, ``rows_N``, and what data is written by.
+
+    That is ``guard_N`` for a guard over parameters and ``arguments_N`` for look-ups.
 
     `ordered`: whether the systems of these kernels have entities in the order of `entities`.
     """
@@ -34,9 +36,8 @@ def emit_constraint(
     emit_inputs(w, kernel)
     _emit_evaluate(w, number, kernel, entities, ordered)
     _emit_functions(w, number)
-    group = kernel.group
-    if group.moving_guard is not None:
-        _emit_guard(w, number, kernel, group.moving_guard, entities)
+    for name, tape, columns in kernel.group.written:
+        _emit_written(w, f"{name}_{number}", kernel, tape, columns, entities)
 
 
 def _inputs(kernel: Kernel) -> list[str]:
@@ -123,20 +124,26 @@ def _squares(residuals: list[str]) -> str:
     return " + ".join(f"<double>{r} * <double>{r}" for r in residuals)
 
 
-def _emit_guard(
-    w: Writer, number: int, kernel: Kernel, tape: Tape, entities: Sequence[Entity]
+def _emit_written(
+    w: Writer,
+    name: str,
+    kernel: Kernel,
+    tape: Tape,
+    columns: Sequence[int],
+    entities: Sequence[Entity],
 ) -> None:
+    """Write a function that stores the results of a tape into columns of the data."""
     group = kernel.group
-    with w.block(f"cdef void guard_{number}(const Lanes* lanes) noexcept nogil:"):
+    with w.block(f"cdef void {name}(const Lanes* lanes) noexcept nogil:"):
         _head(w, kernel, tape)
         w.line("cdef const real* s")
         w.line("cdef real* acts = <real*>lanes.data")
         declared = len(w.lines)
         with w.block("for block in range((n + W - 1) // W):"):
             _gather(w, kernel, _read(tape), entities)
-            at = f"acts[{group.data_count - 1} * W + w]"
+            at = [[f"acts[{column} * W + w]"] for column in columns]
             with w.block("for w in range(W):"):
-                used = statements(w, tape, _inputs(kernel), lambda i: [at], group.places)
+                used = statements(w, tape, _inputs(kernel), lambda i: at[i], group.places)
             w.line(f"d += {group.data_count} * W")
             w.line(f"acts += {group.data_count} * W")
             w.line(f"row += {len(group.uses)} * W")

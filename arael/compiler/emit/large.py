@@ -21,7 +21,7 @@ from arael.runtime.machine.tape import Tape
 
 
 def emit_large(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity]) -> None:
-    """Write ``cost_N``, ``linearise_N``, ``rows_N`` and, if needed, ``guard_N``."""
+    """Write ``cost_N``, ``linearise_N``, ``rows_N``, and what data is written by."""
     group = kernel.group
     parts = kernel.parts
     assert parts is not None
@@ -30,10 +30,10 @@ def emit_large(w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity
     _tables(w, number, kernel, entities)
     _emit_parts(w, number, kernel, kernel.linearise, parts, ("residual", "jacobian"), notes)
     _evaluate(w, number, kernel, entities, parts)
-    if group.moving_guard is not None:
-        guard = cut(group.moving_guard, 1, len(group.states))
-        _emit_parts(w, number, kernel, group.moving_guard, guard, ("guard", "guard"), {})
-        _guard(w, number, kernel, entities, guard)
+    for name, tape, columns in group.written:
+        written = cut(tape, len(columns), len(group.states))
+        _emit_parts(w, number, kernel, tape, written, (name, name), {})
+        _written(w, number, kernel, entities, written, name, columns)
 
 
 def _legend(w: Writer, kernel: Kernel, parts: Parts, entities: Sequence[Entity]) -> dict[int, str]:
@@ -342,19 +342,26 @@ def _squares(w: Writer, columns: range, into: str) -> None:
         w.line(f"{into}[w] += <double>v[k * W + w] * <double>v[k * W + w]")
 
 
-def _guard(
-    w: Writer, number: int, kernel: Kernel, entities: Sequence[Entity], parts: Parts
+def _written(
+    w: Writer,
+    number: int,
+    kernel: Kernel,
+    entities: Sequence[Entity],
+    parts: Parts,
+    name: str,
+    columns: Sequence[int],
 ) -> None:
+    """Write a function that stores the results of parts into columns of the data."""
     group = kernel.group
-    lane, result = group.data_count - 1, len(group.states)
-    with w.block(f"cdef void guard_{number}(const Lanes* lanes) noexcept nogil:"):
+    with w.block(f"cdef void {name}_{number}(const Lanes* lanes) noexcept nogil:"):
         _head(w, kernel, parts.width)
         w.line("cdef real* acts = <real*>lanes.data")
         with w.block("for block in range((n + W - 1) // W):"):
             _gather(w, number, kernel, entities)
-            _calls(w, number, parts, ("guard", "guard"), range(len(parts.parts)))
+            _calls(w, number, parts, (name, name), range(len(parts.parts)))
             with w.block("for w in range(W):"):
-                w.line(f"acts[{lane} * W + w] = v[{result} * W + w]")
+                for k, column in enumerate(columns, len(group.states)):
+                    w.line(f"acts[{column} * W + w] = v[{k} * W + w]")
             w.line(f"d += {group.data_count} * W")
             w.line(f"acts += {group.data_count} * W")
             w.line(f"row += {len(group.uses)} * W")

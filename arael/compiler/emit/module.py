@@ -72,8 +72,7 @@ def _operations(kernels: Sequence[Kernel]) -> str:
 
 def _native_calls(kernel: Kernel) -> list[tuple[int, ...]]:
     """Operands of each call of a native function."""
-    guard = kernel.group.moving_guard
-    tapes = [kernel.linearise, *([] if guard is None else [guard])]
+    tapes = [kernel.linearise, *(tape for _, tape, _ in kernel.group.written)]
     nodes = [node for tape in tapes for node in zip(tape.ops, tape.args, strict=True)]
     return [args for op, args in nodes if op.startswith(NATIVE)]
 
@@ -198,6 +197,8 @@ def _table(
         w.line(f"groups[{number}].rows = rows_{number}")
         guarded = kernel.group.moving_guard is not None
         w.line(f"groups[{number}].guard = {f'guard_{number}' if guarded else 'NULL'}")
+        if kernel.group.arguments is not None:
+            w.line(f"groups[{number}].arguments = arguments_{number}")
     for number in range(len(entities)):
         w.line(f"refresh[{number}] = refresh_{number}")
     w.line("table.abi = KERNEL_ABI")

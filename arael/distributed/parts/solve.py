@@ -157,6 +157,8 @@ def check_splittable(layout: Layout) -> None:
         )
     elif layout.summed or layout.totals or any(group.lengths for group in layout.groups):
         why = "a constraint sums over the rows of a list, which may be in several parts"
+    elif any(group.look_ups for group in layout.groups):
+        why = "a constraint looks rows of a list up, which may be in several parts"
     elif any(function.native for function in layout.functions):
         why = "it calls native functions, which workers do not have"
     if why:

@@ -275,7 +275,7 @@ def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
     walker = Walker(store, group.table, active, whole)
     found = []
     needed = {raw.slot for raw in group.raw} | {use.slot for use in group.uses}
-    needed |= {one.slot for one in group.lengths}
+    needed |= {one.slot for one in group.lengths} | {one.slot for one in group.look_ups}
     for number, slot in enumerate(group.slots):
         rows = walker.rows(slot)
         # What only a guard looks at may be null where the guard holds.

@@ -1,6 +1,19 @@
 # What runs each group without Python: a kernel, or a program of the expression machine.
 
+from libc.stdint cimport int32_t
+
 from arael.runtime.kernel cimport Kernel, Lanes
+
+# Where a look-up reads; see `arael.runtime.evaluation.look_up_tables`.
+cdef struct Table:
+    Py_ssize_t first             # column of the number of the interval; the record follows
+    Py_ssize_t width             # scalars of a record
+    Py_ssize_t intervals
+    const void* records          # [intervals][width]
+    const void* starts           # [intervals]
+    const void* ends             # [intervals]
+    const int32_t* range         # [intervals][2] intervals of the same owner
+    bint clamp
 
 
 cdef struct Compiled:
@@ -10,6 +23,9 @@ cdef struct Compiled:
     size_t frame                 # bytes of stack that suffice for its kernels
     bint shared                  # whether all instances read the same rows
     bint free                    # whether threads may run it side by side
+    Py_ssize_t data              # columns of its data
+    Py_ssize_t look_ups
+    Table* tables                # [look_ups] that its instances look up in
 
 
 cdef class CompiledGroups:
@@ -18,12 +34,18 @@ cdef class CompiledGroups:
     cdef readonly list stores    # whether each group heeds `Lanes.first`
     cdef bint exhausted          # set where there was no memory for registers or a stack
     cdef object _keep            # whatever the pointers point into
+    cdef list _tables            # per group, its tables
+    cdef bint _single
+    cdef Py_ssize_t _count
     cdef Compiled* _groups
 
     cdef double _elsewhere(
         self, Compiled* one, void (*call)(void*) noexcept nogil, const Lanes* lanes, void* first,
         void* second) noexcept nogil
-    # Kernels may ask for the GIL, so the functions below must be called without it.
+    cdef void _look_up(self, Compiled* one, const Lanes* lanes) noexcept nogil
+
+    # Kernels may ask for the GIL, so the functions below must be called without it. Before all of
+    # them, look-ups are made at the states of the lanes.
     # Whether threads may run it side by side.
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil
     # The sum of squared residuals; with `costs`, those of each instance instead, see `Kernel.cost`.

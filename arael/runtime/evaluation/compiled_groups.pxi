@@ -1,7 +1,10 @@
 """What runs each group without Python: a kernel, or a program of the expression machine."""
 
+from cython cimport floating
+from libc.math cimport NAN
 from libc.stdlib cimport calloc, free
 
+from arael.runtime.address cimport address
 from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, Lanes, table_of
 from arael.runtime.machine.compiled cimport Program
 
@@ -33,9 +36,78 @@ cdef void call_guard(void* job) noexcept nogil:
     call.kernel.guard(call.lanes)
 
 
+cdef void call_arguments(void* job) noexcept nogil:
+    cdef Call* call = <Call*>job
+    call.kernel.arguments(call.lanes)
+
+
 cdef void call_rows(void* job) noexcept nogil:
     cdef Call* call = <Call*>job
     call.kernel.rows(call.lanes, call.first, call.second)
+
+
+cdef Py_ssize_t interval_of(
+    const floating* starts, const int32_t* range, Py_ssize_t at, floating x
+) noexcept nogil:
+    """The last interval of an owner that begins at `x` or before; else its first.
+
+    The search begins at the interval `at`, because arguments move little between evaluations.
+    """
+    cdef Py_ssize_t low = range[2 * at], high = range[2 * at + 1], step = 1, middle
+    if x >= starts[at]:
+        low = at
+        while low + step < high and x >= starts[low + step]:
+            low += step
+            step *= 2
+        high = min(high, low + step)
+    else:
+        high = at
+        while high - step > low and x < starts[high - step]:
+            high -= step
+            step *= 2
+        low = max(low, high - step)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x >= starts[middle]:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+cdef void look_up(
+    const Table* table, const Lanes* lanes, Py_ssize_t columns, Py_ssize_t width, floating* _
+) noexcept nogil:
+    """Replace the arguments of a look-up by the records of the intervals that they lie in.
+
+    Outside of the table, unless clamped, a record is NaN. So it is for an argument that is NaN.
+    """
+    cdef const floating* starts = <const floating*>table.starts
+    cdef const floating* ends = <const floating*>table.ends
+    cdef const floating* records = <const floating*>table.records
+    cdef const floating* record
+    cdef floating* data = <floating*>lanes.data
+    cdef floating* lane
+    cdef floating x
+    cdef Py_ssize_t block, w, k, at, first, last
+    for block in range((lanes.n + width - 1) // width):
+        lane = data + (block * columns + table.first) * width
+        for w in range(width):
+            if block * width + w >= lanes.n:  # padding repeats the last instance
+                for k in range(table.width + 1):
+                    lane[k * width + w] = lane[k * width + w - 1]
+                continue
+            x, at = lane[width + w], <Py_ssize_t>lane[w]
+            at = interval_of(starts, table.range, at, x)
+            lane[w] = <floating>at
+            first, last = table.range[2 * at], table.range[2 * at + 1] - 1
+            if x != x or (not table.clamp and (x < starts[first] or x > ends[last])):
+                for k in range(table.width):
+                    lane[(k + 1) * width + w] = NAN
+                continue
+            record = records + at * table.width
+            for k in range(table.width):
+                lane[(k + 1) * width + w] = record[k]
 
 
 cdef class CompiledGroups:
@@ -62,6 +134,7 @@ cdef class CompiledGroups:
         cdef const KernelTable* own
         cdef Compiled* one
         cdef bint single = layout.precision == "f32"
+        self._single, self._tables = single, [None] * len(programs)
         if kernels is not None:
             require_own(layout, kernels, sum(program is None for program in programs))
             table = table_of(kernels)
@@ -69,9 +142,11 @@ cdef class CompiledGroups:
         self._groups = <Compiled*>calloc(len(programs) + 1, sizeof(Compiled))
         if self._groups == NULL:
             raise MemoryError
+        self._count = len(programs)
         for g, program in enumerate(programs):
             one = &self._groups[<Py_ssize_t>g]
             one.frame = frame_of(layout.groups[g], layout.entities)
+            one.data = layout.groups[g].data_count
             if isinstance(program, Program):
                 rows = placements[g].rows
                 one.program, one.width = <void*>program, WIDTH
@@ -93,7 +168,47 @@ cdef class CompiledGroups:
         self.stores = [self._groups[g].kernel != NULL for g in range(len(programs))]
 
     def __dealloc__(self):
+        cdef Py_ssize_t g
+        for g in range(self._count):
+            free(self._groups[g].tables)
         free(self._groups)
+
+    def look_up_in(self, Py_ssize_t g, tables):
+        """Let the instances of a group look up in these tables: one for each of its look-ups."""
+        cdef Compiled* one = &self._groups[g]
+        cdef Table* item
+        dtype = np.float32 if self._single else np.float64
+        free(one.tables)
+        one.look_ups = 0
+        one.tables = <Table*>calloc(len(tables) + 1, sizeof(Table))
+        if one.tables == NULL:
+            raise MemoryError
+        for k, table in enumerate(tables):
+            item = &one.tables[<Py_ssize_t>k]
+            intervals, width = table.records.shape
+            item.first, item.clamp = table.first, table.clamp
+            item.width, item.intervals = width, intervals
+            item.records = address(table.records, dtype, intervals * width)
+            item.starts = address(table.starts, dtype, intervals)
+            item.ends = address(table.ends, dtype, intervals)
+            item.range = <const int32_t*>address(table.ranges, np.int32, 2 * intervals)
+        one.look_ups, self._tables[g] = len(tables), tables
+
+    cdef void _look_up(self, Compiled* one, const Lanes* lanes) noexcept nogil:
+        cdef Py_ssize_t k
+        if not (one.look_ups and lanes.n):
+            return
+        if one.program != NULL:
+            (<Program>one.program).arguments(lanes, &self.exhausted)
+        elif not stack_suffices(one.frame):
+            self._elsewhere(one, call_arguments, lanes, NULL, NULL)
+        else:
+            one.kernel.arguments(lanes)
+        for k in range(one.look_ups):
+            if self._single:
+                look_up[float](&one.tables[k], lanes, one.data, one.width, <float*>NULL)
+            else:
+                look_up[double](&one.tables[k], lanes, one.data, one.width, <double*>NULL)
 
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil:
         return self._groups[g].free
@@ -102,6 +217,7 @@ cdef class CompiledGroups:
         cdef Compiled* one = &self._groups[g]
         if lanes.n == 0:
             return 0
+        self._look_up(one, lanes)
         if one.program != NULL:
             return (<Program>one.program).cost(lanes, costs, &self.exhausted)
         if not stack_suffices(one.frame):
@@ -114,6 +230,7 @@ cdef class CompiledGroups:
         cdef Compiled* one = &self._groups[g]
         if lanes.n == 0:
             return 0
+        self._look_up(one, lanes)
         if one.program != NULL:
             return (<Program>one.program).linearise(
                 lanes, one.shared, gradient, values, &self.exhausted)
@@ -131,6 +248,7 @@ cdef class CompiledGroups:
         cdef Compiled* one = &self._groups[g]
         if not (lanes.n and self.guards(g)):
             return
+        self._look_up(one, lanes)
         if one.program != NULL:
             (<Program>one.program).guard(lanes, &self.exhausted)
         elif not stack_suffices(one.frame):
@@ -144,6 +262,7 @@ cdef class CompiledGroups:
         cdef Compiled* one = &self._groups[g]
         if lanes.n == 0:
             return
+        self._look_up(one, lanes)
         if one.program != NULL:
             (<Program>one.program).rows(lanes, residuals, entries, &self.exhausted)
         elif not stack_suffices(one.frame):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from arael.runtime.layout import Group
 from arael.runtime.machine.compiled import NativeTable
 from arael.runtime.machine.programs import columns_of, tape_program
 from arael.runtime.store.access import Array, Ints, StoreLike, gather_all
+
+if TYPE_CHECKING:
+    from arael.runtime.evaluation.look_up_tables import LookUpTable
 
 # Rows that are evaluated at once: their columns stay in the second-level cache.
 _AT_ONCE = 4096
@@ -24,10 +28,14 @@ class Instances:
     rows : (n,) rows of the group's table
     data : (n, data_count) what does not change within a solve, in C or Fortran order
     uniform : (uniform_count,) what is the same for all instances
+    tables : of the look-ups of the group
     """
 
-    def __init__(self, rows: Ints, data: Array, uniform: Array) -> None:
+    def __init__(
+        self, rows: Ints, data: Array, uniform: Array, tables: Sequence[LookUpTable] = ()
+    ) -> None:
         self.rows = rows
+        self.tables = tables
         self.uniform = uniform
         self._data: Array | None = data
         self._lanes: dict[int, tuple[Array | None, Array]] = {}
@@ -66,7 +74,35 @@ def gather_instances(
     dtype: np.dtype[Any],
     natives: NativeTable | None = None,
 ) -> Instances:
-    """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`."""
+    """Evaluate the group's `prepare` tape over its active rows, in f64, then round to `dtype`.
+
+    Raises
+    ------
+    SolveError
+        E1019: a collection does not have the rows for a look-up.
+    """
+    found = _gathered(store, group, rows, slot_rows, dtype, natives)
+    if not group.look_ups:
+        return found
+    # Imported here for start-up time: only models with look-ups need it.
+    from arael.runtime.evaluation.look_up_tables import look_up_tables
+
+    tables = look_up_tables(store, group, slot_rows, dtype)
+    data = np.array(found.data, order="F")
+    for one in tables:
+        data[:, one.first] = one.begin  # where the first search begins
+    return Instances(rows, data, found.uniform, tables)
+
+
+def _gathered(
+    store: StoreLike,
+    group: Group,
+    rows: Ints,
+    slot_rows: list[Ints],
+    dtype: np.dtype[Any],
+    natives: NativeTable | None,
+) -> Instances:
+    """The same without the tables of look-ups."""
     n = len(rows)
     uniform = np.zeros(group.uniform_count, dtype=dtype)
     if not n:

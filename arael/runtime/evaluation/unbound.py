@@ -14,7 +14,7 @@ def require_bound(layout: Layout, natives: NativeTable) -> None:
         return
     called: dict[str, str] = {}
     for group in layout.groups:
-        for tape in (group.tape, group.prepare, group.guard, group.moving_guard):
+        for tape in (group.tape, group.prepare, group.guard, group.moving_guard, group.arguments):
             for name in sorted(tape.natives if tape is not None else ()):
                 called.setdefault(name, group.label)
     wrong = [unbound(f, layout, called[f.name]) for f in missing if f.name in called]

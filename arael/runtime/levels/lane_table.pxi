@@ -307,6 +307,8 @@ def require_plain(layout, group):
         raise ValueError(f"`{label}` is evaluated in f32, but rows of equations need f64")
     if group.guard is not None or group.moving_guard is not None:
         raise ValueError(f"`{label}` has a guard; switch its instances on and off instead")
+    if group.look_ups:
+        raise ValueError(f"`{label}` looks rows up; let its data have the values")
     if group.uniform_count or group.calls_natives or group.prefix:
         raise ValueError(f"`{label}` reads data of the root, calls native functions or is nested")
     for slot in group.slots:

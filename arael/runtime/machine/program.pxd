@@ -26,7 +26,11 @@ cdef class Program:
     cdef readonly Py_ssize_t uses       # entities read
     cdef readonly Py_ssize_t residuals
     cdef readonly bint guarded          # whether it has a guard over parameters
+    cdef readonly bint looks_up         # whether it has look-ups
     cdef Program _guard                 # whose residual is the guard
+    cdef Program _arguments_of          # whose residuals are the arguments of look-ups
+    cdef object _lanes_written
+    cdef const int32_t* _written        # columns of data that the residuals are written into
     cdef object _keep                   # arrays that the pointers below point into
     cdef Py_ssize_t _states, _data, _uniforms, _constants, _registers, _arguments
     cdef Code _cost, _full
@@ -45,7 +49,8 @@ cdef class Program:
     cdef double linearise(
         self, const Lanes* lanes, bint shared, void* gradient, void* values, bint* exhausted
     ) noexcept nogil
-    # Write whether each instance is active into the last column of its data.
+    # Write whether each instance is active, or the arguments of its look-ups, into its data.
     cdef void guard(self, const Lanes* lanes, bint* exhausted) noexcept nogil
+    cdef void arguments(self, const Lanes* lanes, bint* exhausted) noexcept nogil
     cdef void rows(
         self, const Lanes* lanes, void* residuals, void* entries, bint* exhausted) noexcept nogil

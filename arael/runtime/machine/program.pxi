@@ -146,12 +146,23 @@ cdef class Program:
         self._entry_count, self._product_count = len(arrays[4]), len(arrays[5])
         self._cost.operands = self._full.operands = <const int32_t*>address(arrays[6], np.int32)
         self._constant = <const double*>address(constants, np.float64)
-        if group.moving_guard is not None:
-            self.guarded = True
-            self._guard = Program(
+        for name, tape, columns in group.written:
+            # The data keeps its columns: only what is computed differs.
+            written = Program(
                 msgspec.structs.replace(
-                    group, tape=group.moving_guard, residuals=1, jacobian=(), moving_guard=None),
+                    group, tape=tape, residuals=len(columns), jacobian=(), moving_guard=None,
+                    arguments=None),
                 entities, single, natives)
+            written.write_into(columns)
+            if name == "guard":
+                self.guarded, self._guard = True, written
+            else:
+                self.looks_up, self._arguments_of = True, written
+
+    def write_into(self, columns):
+        """Let the residuals be written into these columns of the data."""
+        self._lanes_written = np.array(columns, dtype=np.int32)
+        self._written = <const int32_t*>address(self._lanes_written, np.int32)
 
     @property
     def instructions(self):
@@ -187,9 +198,15 @@ cdef class Program:
 
     cdef void guard(self, const Lanes* lanes, bint* exhausted) noexcept nogil:
         if self.single:
-            guard_of[float](self._guard, lanes, exhausted, <float*>NULL)
+            write_of[float](self._guard, lanes, True, exhausted, <float*>NULL)
         else:
-            guard_of[double](self._guard, lanes, exhausted, <double*>NULL)
+            write_of[double](self._guard, lanes, True, exhausted, <double*>NULL)
+
+    cdef void arguments(self, const Lanes* lanes, bint* exhausted) noexcept nogil:
+        if self.single:
+            write_of[float](self._arguments_of, lanes, False, exhausted, <float*>NULL)
+        else:
+            write_of[double](self._arguments_of, lanes, False, exhausted, <double*>NULL)
 
 
 cdef size_t workspace_of(Program p, size_t scalar) noexcept nogil:
@@ -282,24 +299,25 @@ cdef void each_square(Program p, floating** registers, int n, double* costs) noe
             costs[w] += r * r
 
 
-cdef void guard_of(
-    Program p, const Lanes* lanes, bint* exhausted, floating* _
+cdef void write_of(
+    Program p, const Lanes* lanes, bint truth, bint* exhausted, floating* _
 ) noexcept nogil:
-    """Write whether each instance is active into the last column of its data."""
+    """Write residuals into columns of the data; as 1 or 0 where they are the `truth` of a guard."""
     cdef floating** registers = program_registers(p, lanes, exhausted, _)
-    cdef Py_ssize_t block
-    cdef floating* flags
-    cdef const floating* holds
+    cdef Py_ssize_t block, k
+    cdef floating* column
+    cdef const floating* value
     cdef int n, w
     if registers == NULL:
         return
     for block in range((lanes.n + LANES - 1) // LANES):
         n = gather(p, lanes, block, registers)
         run(&p._cost, registers, n, lanes.natives, program_arguments(p, registers))
-        flags = (<floating*>lanes.data) + ((block + 1) * p._data - 1) * LANES
-        holds = registers[p._results[0]]
-        for w in range(n):
-            flags[w] = holds[w] != 0 and holds[w] == holds[w]
+        for k in range(p.residuals):
+            column = (<floating*>lanes.data) + (block * p._data + p._written[k]) * LANES
+            value = registers[p._results[k]]
+            for w in range(n):
+                column[w] = (value[w] != 0 and value[w] == value[w]) if truth else value[w]
     free(registers)
 
 

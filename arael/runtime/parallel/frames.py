@@ -36,7 +36,7 @@ def frame_of(group: Group, entities: Sequence[Entity]) -> int:
         + group.residuals * width
         + 2 * (width + width * (width + 1) // 2)
         + max(group.operations_after, len(group.tape.ops))
-        + (len(group.moving_guard.ops) if group.moving_guard is not None else 0)
+        + sum(len(tape.ops) for _, tape, _ in group.written)
     )
     return _BASE + _COPIES * _LANES * variables
 

@@ -197,6 +197,17 @@ def test_a_sum_over_rows_is_refused() -> None:
     assert "sums over the rows of a list" in refused("E0895", model, partition=2)
 
 
+def test_a_look_up_is_refused() -> None:
+    text = """
+    struct K { key t; t: real; v: real }
+    struct L { param x: real; constraint c { root.ks.at(x, v) } }
+    root R { ls: list of L; ks: list of K }
+    """
+    model: Any = arael.loads(text, interpret=True)()
+    model.ls.append(x=1.0)
+    assert "looks rows of a list up" in refused("E0895", model, partition=2)
+
+
 def test_single_precision_is_refused() -> None:
     model: Any = arael.load("pose_graph_2d", precision="f32", interpret=True)()
     text = refused("E0895", model, partition=2)
