@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
 import pytest
 
 from tests.sketch.browser.exercised import exercises
+from tests.sketch.browser.mouse import GROUND, at, drag
 from tests.sketch.browser.panels import names, press, run, wait
 
 LINES = "add_line 0,0 10,2; add_line 0,6 9,9"
@@ -220,7 +222,7 @@ def test_of_a_point_that_is_deleted_from_the_menu_the_curve_goes(sheet: Any) -> 
     wait(sheet, "app.store.entities.size === 1")
 
 
-LAYERS = ("dimensions", "glyphs", "points", "construction")
+LAYERS = ("dimensions", "glyphs", "points", "construction", "regions")
 
 VIEWS: dict[str, tuple[str, str]] = {
     "zoom_in": ("+", "app.view.scale === 12.5"),
@@ -235,7 +237,7 @@ VIEWS: dict[str, tuple[str, str]] = {
     "focus_canvas": ("F6", "document.activeElement === app.canvas"),
     **{
         f"show_{layer}": (f"Alt+Shift+{key}", f"app.shown.{layer} === false")
-        for layer, key in zip(LAYERS, "DKIX", strict=True)
+        for layer, key in zip(LAYERS, "DKIXU", strict=True)
     },
 }
 
@@ -261,6 +263,28 @@ def test_everything_is_shown(sheet: Any) -> None:
         press(sheet, key)
         wait(sheet, "app.view.toScreen([300, 100])[0] <= app.view.width")
         assert sheet.evaluate("app.view.toScreen([200, 180])[0]") >= 0
+
+
+def test_closed_regions_are_shaded_and_measured_under_the_pointer(sheet: Any) -> None:
+    run(sheet, "add_rect 0,0 60,30 hv", "add_circle 15,15 6", "add_line 70,0 90,0 90,20")
+    sheet.evaluate("() => { app.view.setGrid(false); app.fit(); }")
+    sheet.wait_for_timeout(100)
+    pixel = f"""([x, y]) => {{
+        const [u, v] = app.view.toScreen([x, y]).map((one) => Math.round(one * app.renderer.ratio));
+        return [...{GROUND}.getImageData(u, v, 1, 1).data];
+    }}"""
+    inside, hole, outside = (sheet.evaluate(pixel, list(p)) for p in ((40, 11), (12, 11), (80, 9)))
+    assert inside != outside and hole == outside
+    sheet.mouse.move(*at(sheet, 40, 11))
+    area, perimeter = 1800 - 36 * math.pi, 180 + 12 * math.pi
+    said = f"region: area {area:.5g} mm², perimeter {perimeter:.5g} mm"
+    sheet.get_by_role("status").get_by_text(said, exact=True).wait_for()
+    sheet.mouse.move(*at(sheet, 12, 11))
+    sheet.get_by_role("status").get_by_text("click to select").wait_for()
+    drag(sheet, (60, 30), (50, 40))
+    wait(sheet, "!app.store.dragging && app.store.point('L1.p2')[1] > 35")
+    sheet.mouse.move(*at(sheet, 40, 33))
+    sheet.get_by_role("status").get_by_text("region: area").wait_for()
 
 
 SPREAD = """() => {

@@ -16,6 +16,7 @@ export const LAYERS = [
   { id: "glyphs", title: "Constraint marks", key: "Alt+Shift+K" },
   { id: "points", title: "Points", key: "Alt+Shift+I" },
   { id: "construction", title: "Construction geometry", key: "Alt+Shift+X" },
+  { id: "regions", title: "Closed regions", key: "Alt+Shift+U" },
 ];
 
 /** Panels in the order of their tabs. */

@@ -8,6 +8,7 @@ import { drawGrid, drawScaleBar } from "./background.js";
 import { Batches } from "./batches.js";
 import { drawOverlay } from "./overlay.js";
 import { readPalette } from "./palette.js";
+import { Tint } from "./regions.js";
 
 /** @typedef {import("../types.js").Point} Point */
 
@@ -46,6 +47,7 @@ export class Renderer extends EventTarget {
     this.moving = /** @type {Context} */ (canvas("moving").getContext("2d"));
     this.overlay = /** @type {Context} */ (canvas("overlay").getContext("2d"));
     this.annotations = new Annotations(app.store, app.view);
+    this.tint = new Tint(app.store);
     this.palette = readPalette(app.canvas);
     new ResizeObserver(() => this.resize()).observe(app.canvas);
     new MutationObserver(() => this.themeChanged()).observe(document.documentElement, {
@@ -138,6 +140,7 @@ export class Renderer extends EventTarget {
     this.moves.clear();
     this._seen.fill(0);
     this._late = 0;
+    this.tint.changed();
     this.restyled();
   }
 
@@ -188,6 +191,7 @@ export class Renderer extends EventTarget {
     ctx.fillStyle = palette.background;
     ctx.fillRect(0, 0, app.view.width, app.view.height);
     drawGrid(ctx, app.view, palette);
+    if (app.shown.regions) this.tint.draw(ctx, app.view, palette, this.moves, false);
     this.resting ??= new Batches(app.store, (entity) => !this.moves.has(entity.name), app.shown);
     this.resting.draw(ctx, app.view, palette);
     const { annotations } = this;
@@ -202,6 +206,7 @@ export class Renderer extends EventTarget {
     this._ready(ctx);
     ctx.clearRect(0, 0, view.width, view.height);
     if (!moves.size) return;
+    if (shown.regions) this.tint.draw(ctx, view, palette, moves, true);
     this._movingBatches ??= new Batches(store, (entity) => moves.has(entity.name), shown);
     this._movingBatches.draw(ctx, view, palette);
     const { movingCount } = annotations;

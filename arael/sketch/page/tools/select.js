@@ -1,6 +1,8 @@
 /** Selecting, and dragging what is there: points, curves, radii, texts of dimensions, glyphs; boxes on empty ground. */
 
+import { numberText } from "../draw/texts.js";
 import { chainOf } from "../geometry/chains.js";
+import { regionAt } from "../geometry/regions.js";
 import { short } from "./compose.js";
 import { Tool } from "./tool.js";
 
@@ -28,6 +30,8 @@ export class SelectTool extends Tool {
   from = null;
   /** @type {Grab} */
   grab = "none";
+  /** What was said of the place of the pointer. */
+  told = "";
   /** Which of the things that overlap is meant. */
   cycle = 0;
 
@@ -73,12 +77,25 @@ export class SelectTool extends Tool {
     if (!from) {
       const pick = this.pick(place.screen);
       this.app.store.hover(pick ? [pick.name] : []);
+      this.tell(pick ? null : place.at);
       this.app.canvas.style.cursor = pick ? (pick.type === "curve" || pick.type === "point" ? "move" : "pointer") : "";
       return;
     }
     const moved = Math.hypot(place.screen[0] - from.screen[0], place.screen[1] - from.screen[1]);
     if (this.grab === "none" && moved > SLACK) this.begin(from);
     this.follow(place);
+  }
+
+  /** Area and perimeter of the region under the pointer. @param {Point|null} at */
+  tell(at) {
+    const { app } = this;
+    const region = at && app.shown.regions ? regionAt(app.renderer.tint.found.loops, at) : null;
+    const { unit } = app.store;
+    const number = (/** @type {number} */ value) => numberText(Number(value.toPrecision(5)));
+    const text = region ? `region: area ${number(region.area)} ${unit}², perimeter ${number(region.perimeter)} ${unit}` : this.hint;
+    if (text === this.told) return;
+    this.told = text;
+    app.say(text);
   }
 
   /** A press has become a drag. @param {Place} from */
