@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from arael.analysis.covariance import Covariance
     from arael.analysis.diagnosis import Diagnosis
     from arael.analysis.freedom import FreeDirections
-    from arael.analysis.gradients import GradientCheck
+    from arael.analysis.gradients import GradientChecks
     from arael.analysis.jacobian import Jacobian
     from arael.analysis.profile import Profile
     from arael.analysis.report import Report
@@ -543,7 +543,7 @@ class Model(Displayed, Fields):
 
         return FreeDirections(NormalEquations(self._problem()), second_order=True)
 
-    def check_gradients(self) -> list[GradientCheck]:
+    def check_gradients(self) -> GradientChecks:
         """Compare derivatives with central differences at the current values, by constraint."""
         # imported here: start-up time
         from arael.analysis.gradients import check_gradients

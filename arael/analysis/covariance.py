@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -57,6 +58,42 @@ class Marginals(Protocol):
 
     def marginal(self, scalars: Ints) -> Floats | None:
         """(k, k) block of the inverse for scalars of the system; None if there is no factor now."""
+
+
+@dataclass(frozen=True, repr=False)
+class Marginal(Displayed):
+    """A marginal covariance with the names of its scalars; a table in notebooks and for rich.
+
+    Attributes
+    ----------
+    names, units : (k,) of the scalars
+    matrix : (k, k)
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    matrix: Floats
+
+    @property
+    def sigma(self) -> Floats:
+        """(k,) standard errors."""
+        return np.sqrt(np.diag(self.matrix))
+
+    @property
+    def correlation(self) -> Floats:
+        """(k, k) correlations; NaN of scalars without variance."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(self.matrix / np.outer(self.sigma, self.sigma))
+
+    def __repr__(self) -> str:
+        return f"<Marginal covariance of {', '.join(self.names)}>"
+
+    def _sheet(self) -> Sheet:
+        spread = [measured(None, sigma)[1] for sigma in self.sigma.tolist()]
+        cells = [[f"{rho:.3f}" for rho in row] for row in self.correlation]
+        rows = [row for row in zip(self.names, spread, self.units, *cells, strict=True)]
+        head = ("parameter", "standard error", "unit", *self.names)
+        return Sheet("marginal covariance: standard errors and correlations", head, rows)
 
 
 class Covariance(Displayed):
@@ -260,6 +297,12 @@ class Covariance(Displayed):
         sigma = np.sqrt(np.diag(covariance))
         found: Floats = covariance / (sigma[:, None] * sigma[None, :])
         return found
+
+    def table(self, where: Where) -> Marginal:
+        """The marginal covariance of `where` as a table: standard errors and correlations."""
+        found = self._scalars(where)
+        names, units = ([of[k] for k in found] for of in (self.names, self.units))
+        return Marginal(tuple(names), tuple(units), self.marginal(where))
 
     def names_of(self, where: Where) -> list[str]:
         """(k,) names of the scalars within `where`, in the order of `marginal`."""

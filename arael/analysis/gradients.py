@@ -8,6 +8,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.runtime.layout import Entity, Group
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.problem import Problem
@@ -60,7 +62,26 @@ class GradientCheck:
         return self.bound <= 1e-3
 
 
-def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> list[GradientCheck]:
+class GradientChecks(Displayed, list[GradientCheck]):
+    """The checks of all constraints; a table in notebooks and for rich."""
+
+    def _sheet(self) -> Sheet:
+        head = ("constraint", "instances", "difference", "bound", "agrees", "worst")
+        rows = [
+            (
+                one.label,
+                str(one.instances),
+                f"{one.difference:.2g}",
+                f"{one.bound:.2g}",
+                ("yes" if one.conclusive else "not conclusive") if one.agrees else "no",
+                f"{one.worst}, {one.parameter}" if one.parameter else one.worst,
+            )
+            for one in self
+        ]
+        return Sheet("derivatives beside central differences", head, rows)
+
+
+def check_gradients(problem: Problem, directions: int = 3, seed: int = 0) -> GradientChecks:
     """Compare J d with central differences of the residuals along random directions d.
 
     Where several residuals have a loss, only their part of the gradient is a derivative
@@ -123,7 +144,7 @@ def _is_constant(group: Group) -> bool:
     return group.row_sums is not None and not group.jacobian
 
 
-def _joined(problem: Problem, found: dict[int, GradientCheck]) -> list[GradientCheck]:
+def _joined(problem: Problem, found: dict[int, GradientCheck]) -> GradientChecks:
     """One check for each constraint: the groups of one that sums over rows are one constraint."""
     joined: dict[int, GradientCheck] = {}
     for number in sorted(found):
@@ -133,7 +154,7 @@ def _joined(problem: Problem, found: dict[int, GradientCheck]) -> list[GradientC
             worse = one if one.difference - one.bound > known.difference - known.bound else known
             one = replace(worse, instances=known.instances + one.instances)
         joined[case_of if case_of >= 0 else number] = one
-    return [joined[number] for number in sorted(joined)]
+    return GradientChecks(joined[number] for number in sorted(joined))
 
 
 def _scales(entity: Entity, state: Floats) -> Floats:

@@ -12,9 +12,14 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.display.displayed import Displayed
+from arael.display.sheet import Sheet
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
+
+MOST_ROWS, MOST_COLUMNS = 20, 8
+"""Largest Jacobian that a notebook shows whole; of others it shows a line for each constraint."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,7 @@ class Svd(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Jacobian:
+class Jacobian(Displayed):
     """Derivatives of all residuals by all free scalars; f64 for models of either precision.
 
     Attributes
@@ -102,6 +107,23 @@ class Jacobian:
 
     def __iter__(self) -> Iterator[JacobianRow]:
         return (self[i] for i in range(len(self)))
+
+    def _sheet(self) -> Sheet:
+        title = repr(self).strip("<>")
+        if self.shape[0] <= MOST_ROWS and self.shape[1] <= MOST_COLUMNS:
+            whole = [
+                (self.labels[self.label_of[k]], f"{residual:.4g}", *(f"{v:.4g}" for v in row))
+                for k, (residual, row) in enumerate(zip(self.residuals, self.dense(), strict=True))
+            ]
+            return Sheet(title, ("constraint", "residual", *self.names), whole)
+        rows = []
+        for number, label in enumerate(self.labels):
+            mine = np.flatnonzero(self.label_of == number)
+            if len(mine):
+                part = self.matrix[mine]
+                largest = float(np.abs(part.data).max(initial=0.0))
+                rows.append((label, str(len(mine)), str(part.nnz), f"{largest:.3g}"))
+        return Sheet(title, ("constraint", "residuals", "entries", "largest derivative"), rows)
 
     @property
     def rows(self) -> list[JacobianRow]:

@@ -270,6 +270,16 @@ def test_reports_covariances_and_fits_are_tables() -> None:
     assert cells.rows[0] == ["parameter", "standard error", "unit", "a", "b"]
     assert [row[3] for row in cells.rows[1:]] == ["1.000", cells.rows[1][4]]
     assert 'style="text-align:left">m<' in page
+    marginal = line.covariance().table(["a", "b"])
+    cells = Cells(marginal._repr_html_())
+    assert cells.rows[0] == ["parameter", "standard error", "unit", "a", "b"]
+    assert cells.rows[1][1] == f"{line.covariance().sigma()[0]:.2f}"
+    assert cells.rows[1][4] == f"{line.covariance().correlation()[0, 1]:.3f}"
+    cells = Cells(line.jacobian()._repr_html_())
+    assert cells.rows[0] == ["constraint", "residual", "a", "b"]
+    assert [row[2:] for row in cells.rows[1:]] == [[f"{x}", "1"] for x in range(4)]
+    (check,) = Cells(line.check_gradients()._repr_html_()).rows[1:]
+    assert check[:2] == ["Line.points", "4"] and check[4] == "yes"
     cells = Cells(line._repr_html_())
     assert ["a", "param real [m]"] in [row[:2] for row in cells.rows]
     fit = arael.fit("y = a * x + b", {"x": [0.0, 1.0, 2.0, 3.0], "y": [0.1, 2.2, 3.9, 6.1]})
