@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
@@ -81,14 +81,33 @@ def require_matplotlib() -> None:
         )
 
 
+def empty_figure(width: float, height: float) -> Figure:
+    """Create a figure without axes, which a notebook shows as a picture."""
+    found: Figure = _shown_in_notebooks()(figsize=(width, height), layout="constrained")
+    return found
+
+
+@cache
+def _shown_in_notebooks() -> Any:
+    # imported here: start-up time
+    from matplotlib.figure import Figure
+
+    class Picture(Figure):
+        """A figure that shows itself, whether or not pyplot was imported."""
+
+        def _repr_png_(self) -> bytes:
+            content = io.BytesIO()
+            self.savefig(content, format="png", dpi=80)
+            return content.getvalue()
+
+    return Picture
+
+
 def new_figure(
     width: float, height: float, columns: int = 1, rows: int = 1
 ) -> tuple[Figure, list[Axes]]:
     """Create a figure of `width` by `height` inches with axes in `rows`, row by row."""
-    # imported here: start-up time
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = empty_figure(width, height)
     axes = [figure.add_subplot(rows, columns, k + 1) for k in range(rows * columns)]
     for one in axes:
         one.set_axisbelow(True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError
-from arael.plot.figure import BLUE, GREEN, GREY, INK, ORANGE, new_figure, styled
+from arael.plot.figure import BLUE, GREEN, GREY, INK, ORANGE, empty_figure, new_figure, styled
 from arael.runtime.layout import Column, Layout
 
 if TYPE_CHECKING:
@@ -280,11 +280,8 @@ def map_figure(drawn: Map, title: str = "", subtitle: str = "", view: View = "au
 
 
 def _space(low: Array, high: Array, up: str) -> tuple[Figure, Any]:
-    # imported here: start-up time
-    from matplotlib.figure import Figure
-
     flat = (high - low)["xyz".index(up)] < 0.5 * (high - low).max()
-    figure = Figure(figsize=(9.0, 6.0 if flat else 8.0), layout="constrained")
+    figure = empty_figure(9.0, 6.0 if flat else 8.0)
     axes: Any = figure.add_subplot(projection="3d")
     axes.view_init(elev=24, azim=-62, vertical_axis=up)  # before the aspect, which it turns
     size = np.maximum(high - low, 1e-3 * float((high - low).max()) or 1.0)

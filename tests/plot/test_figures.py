@@ -47,6 +47,11 @@ def test_save_writes_each_format(tmp_path: Path, ending: str) -> None:
 
 
 @needs("matplotlib")
+def test_a_notebook_shows_figures_as_pictures() -> None:
+    assert scene_figure(view())._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+
+
+@needs("matplotlib")
 def test_legend_names_what_is_drawn() -> None:
     texts = [t.get_text() for t in scene_figure(view()).legends[0].get_texts()]
     assert "2 sigma relative to the closest pose" in texts
