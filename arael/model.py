@@ -34,9 +34,12 @@ if TYPE_CHECKING:
     from arael.analysis.freedom import FreeDirections
     from arael.analysis.gradients import GradientChecks
     from arael.analysis.jacobian import Jacobian
+    from arael.analysis.next_data import NextData
     from arael.analysis.profile import Profile
+    from arael.analysis.projection import Projection
     from arael.analysis.report import Report
     from arael.analysis.residual_values import ResidualValues
+    from arael.analysis.verdict import Verdict
     from arael.config import LmConfig
     from arael.plot.map import View
     from arael.plot.problem import What
@@ -560,6 +563,73 @@ class Model(Displayed, Fields):
         from arael.analysis.diagnosis import diagnose
 
         return diagnose(self._problem())
+
+    def verdict(self) -> Verdict:
+        """Judge a solved model: what its data determines, what is missing, what is suspicious.
+
+        How each parameter is determined and by which constraints; weak and free directions, with
+        the motion or view that would determine them; residuals that are not white, suspicious
+        groups, and the size of the noise. Evaluated at the current values.
+        """
+        # imported here: start-up time
+        from arael.analysis.verdict import verdict
+
+        return verdict(self)
+
+    def projection_uncertainty(
+        self, size: tuple[float, float] | None = None
+    ) -> tuple[Projection, ...]:
+        """Uncertainty of projection over the picture of each camera of a solved calibration.
+
+        For models with a column of measured pixels, ``pixel: vec2 [px]``, and one of points on a
+        target. The pose of the target in each view is accounted for, as in mrcal.
+
+        Parameters
+        ----------
+        size : width and height of the pictures; None: as if what was measured lay symmetric in them
+
+        Raises
+        ------
+        AraelError
+            E0791: no such columns.
+        """
+        # imported here: start-up time
+        from arael.analysis.projection import projection_uncertainty
+
+        return projection_uncertainty(self, size)
+
+    def next_data(
+        self,
+        count: int,
+        candidates: Mapping[str, Any],
+        collection: str,
+        of: str | Iterable[str] | None = None,
+        criterion: str = "d",
+    ) -> NextData:
+        """Choose the candidates for the next measurements that lower the uncertainty most.
+
+        Parameters
+        ----------
+        count : how many to choose
+        candidates : columns of the candidates by name, as for ``extend``; measured values that no
+            derivative depends on may be left out
+        collection : the collection of the root that they would be rows of
+        of : parameters or rows whose uncertainty counts; None: those of the root and of
+            collections of at most eight rows, or all
+        criterion : ``"d"`` for the determinant of their covariance, ``"a"`` for its trace relative
+            to the present variances
+
+        Raises
+        ------
+        AraelError
+            E0790: no such collection or parameter, or candidates with parameters of their own;
+            E0701-E0710 for candidates that do not fit the declarations of the model.
+        """
+        # imported here: start-up time
+        from arael.analysis.next_data import next_data
+
+        wanted = of if of is None or isinstance(of, str) else list(of)
+        return next_data(self, count, candidates, collection, wanted, criterion)
 
     def parameter_names(self) -> list[str]:
         """Name of every free tangent scalar (``poses[3].ea.z``), in the order of the system."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from arael.analysis.influence import Influence
     from arael.analysis.propagation import Propagation
     from arael.analysis.sensitivities import Sensitivity
+    from arael.analysis.verdict import Verdict
     from arael.notes import Note
     from arael.runtime.levenberg.outcomes import Components
 
@@ -172,6 +173,9 @@ class Result(Displayed):
         return found
 
     def _solution(self) -> Any:
+        return self._model()._solution(self)
+
+    def _model(self) -> Any:
         model = self.__dict__.get("model")
         if model is None:
             raise AraelError(
@@ -182,7 +186,7 @@ class Result(Displayed):
                     help=("ask the result that `model.solve()` returned",),
                 )
             )
-        return model._solution(self)
+        return model
 
     def propagate(
         self,
@@ -226,6 +230,11 @@ class Result(Displayed):
             As `sensitivity`; E1035 an unknown scale.
         """
         found: Influence = self._solution().influence(of, scale)
+        return found
+
+    def verdict(self) -> Verdict:
+        """Judge the solved model at its current values; see `arael.Model.verdict`."""
+        found: Verdict = self._model().verdict()
         return found
 
     def to_dict(self) -> dict[str, Any]:

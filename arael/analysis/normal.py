@@ -175,12 +175,17 @@ class NormalEquations:
             )
         return solver
 
-    def newton_step(self) -> Floats:
-        """(size,) Gauss-Newton step of what is free, hardly damped."""
+    def damped(self) -> SparseSolver:
+        """The scaled matrix, hardly damped, factorised: also where directions are free."""
         solver = SparseSolver(self.problem.structure.pattern)
         damping = _DAMPING
         while solver.factorise(self._values, self._unit + damping):
             damping *= 10
+        return solver
+
+    def newton_step(self) -> Floats:
+        """(size,) Gauss-Newton step of what is free, hardly damped."""
+        solver = self.damped()
         whole = np.zeros(self.problem.size)
         half = np.asarray(self.problem.evaluation.linearised()[1], dtype=np.float64)
         whole[self.free] = -half[self.free] * self.scale[self.free]

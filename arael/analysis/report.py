@@ -377,7 +377,7 @@ def report(problem: Problem, scale: str = "known") -> Report:
     if problem.hooks is not None:
         notes += problem.hooks.notes
     parameters = []
-    for name, value, unit in _scalars(problem):
+    for name, value, unit in scalars_of(problem):
         sigma = spread.get(name)
         note = f"on {on_bound[name]}" if name in on_bound else ""
         if sigma is None and not note:
@@ -448,11 +448,14 @@ def _is_off(statistics: Statistics) -> bool:
 
 def scalar_values(problem: Problem) -> dict[str, float | None]:
     """Values of the free scalars by name; None for those of rotations."""
-    return {name: value for name, value, _ in _scalars(problem)}
+    return {name: value for name, value, _ in scalars_of(problem)}
 
 
-def _scalars(problem: Problem) -> Iterator[tuple[str, float | None, str]]:
-    """Name, value and unit of every free scalar, in the order of the system."""
+def scalars_of(problem: Problem) -> Iterator[tuple[str, float | None, str]]:
+    """Name, value and unit of every free scalar, in the order of the system.
+
+    The value is None for a scalar of a rotation, whose tangent is not stored.
+    """
     names = problem.parameter_names()
     system = problem.structure.system
     value_of: list[float | None] = [None] * problem.size

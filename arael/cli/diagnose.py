@@ -8,11 +8,19 @@ from typing import Any
 import click
 
 import arael
-from arael.cli.data_files import data_options, read_data
+from arael.cli.data_files import data_options, joined, read_data
 from arael.cli.exits import Exit
 from arael.cli.guess import model_and_data
 from arael.cli.instances import apply_settings
 from arael.cli.options import json_option, precision_option, solver_option
+from arael.cli.verdict import (
+    check_report,
+    choose_next,
+    judge,
+    solved_kindly,
+    verdict_options,
+)
+from arael.io.files import shown
 
 
 @click.command("diagnose", short_help="Explain why a problem does not converge.")
@@ -20,6 +28,7 @@ from arael.cli.options import json_option, precision_option, solver_option
 @data_options
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set root data.")
 @click.option("--solve", "solved", is_flag=True, help="Solve first, and analyse the solution.")
+@verdict_options
 @solver_option
 @precision_option
 @json_option
@@ -31,15 +40,32 @@ def command(
     information: tuple[float, float] | None,
     settings: tuple[str, ...],
     solved: bool,
+    judged: bool,
+    report: str | None,
+    candidates: tuple[int, str] | None,
+    wanted: tuple[str, ...],
+    criterion: str,
+    image: tuple[float, float] | None,
     solver: str,
     precision: str | None,
     as_json: bool,
 ) -> int:
     """Analyse MODEL with DATA: costs, non-finite numbers, free directions, scales, outliers.
 
-    The analysis is at the values in DATA, without solving, or at the solution with --solve. The
-    exit code is 0 if nothing suspicious was found, 1 if something was, 2 for wrong input.
+    The analysis is at the values in DATA, without solving, or at the solution with --solve. With
+    --verdict the solution is judged as a calibration: what determines each parameter, which motion
+    or view is missing, what is suspicious. With --next candidates for further measurements are
+    chosen. The exit code is 0 if nothing suspicious was found, 1 if something was, 2 for wrong
+    input.
     """
+    if report is not None:
+        if not judged:
+            raise click.UsageError("--report is of a verdict; add --verdict")
+        check_report(report)
+    if judged and candidates is not None:
+        raise click.UsageError("give --verdict or --next")
+    if candidates is None and wanted:
+        raise click.UsageError("--of is for --next")
     guess = model_and_data(arguments, format)
     if not guess.data:
         raise click.UsageError(f"missing argument 'DATA...': arael diagnose {guess.model} DATA")
@@ -50,6 +76,12 @@ def command(
     given = collection or guess.collection
     read_data(instance, guess.data, format, given, fields, information)
     apply_settings(instance, loaded.layout, settings)
+    if judged:
+        title = f"verdict on {shown(guess.model)} with {shown(joined(guess.data))}"
+        return judge(instance, solved_kindly(instance, solver), title, report, image, as_json)
+    if candidates is not None:
+        solved_kindly(instance, solver)
+        return choose_next(instance, *candidates, wanted, criterion, as_json)
     result = instance.solve(solver=solver) if solved else None
     found = instance.diagnose()
     if as_json:

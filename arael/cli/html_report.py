@@ -66,7 +66,7 @@ def write_report(
         notes=[*notes, *(f"Suspicious: {one}" for one in details.findings)],
         tables=[*_tables(instance, result, solution, details), *tables_of(answers)],
         collections=list(_collections(details)),
-        figures=[(name, _svg(figure)) for name, figure in _figures(instance, layout, result)],
+        figures=[(name, svg(figure)) for name, figure in _figures(instance, layout, result)],
     )
     write_whole(path, lambda file: file.write(text.encode()))
 
@@ -125,7 +125,8 @@ def _figures(instance: Any, layout: Layout, result: Result) -> Iterable[tuple[st
     yield "Cost and length of steps", history_figure([(p.name, p.history) for p in result.passes])
 
 
-def _svg(figure: Figure) -> str:
+def svg(figure: Figure) -> str:
+    """Return the figure as an SVG element."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None})
     text = buffer.getvalue()
