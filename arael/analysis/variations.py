@@ -226,7 +226,13 @@ class Experiments:
     def _columns(self) -> list[tuple[str, str]]:
         """Columns of numbers that constraints read, without those of the root and matrices."""
         found = []
-        for table, column in self.layout.readers:
+        order = {
+            (table.path, column.path): (number, k)
+            for number, table in enumerate(self.layout.tables)
+            for k, column in enumerate(table.columns)
+        }
+        # In the order of the declarations: that of readers depends on how they were compiled.
+        for table, column in sorted(self.layout.readers, key=lambda key: order.get(key, (0, 0))):
             if not table or column.endswith("?") or "#" in column or table.endswith("/rows"):
                 continue
             own = self.layout.table(table).column(column)

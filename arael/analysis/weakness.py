@@ -316,7 +316,8 @@ class _Search:
         for name, group, part in zip(self.names, self._groups, square, strict=True):
             share[group if count[group] > _TOGETHER else name] += float(part)
         wide = [name for name, part in share.items() if part > _SHARE * total]
-        wide.sort(key=lambda name: -share[name])
+        # Equal shares differ by rounding: those stay in the order of the parameters.
+        wide.sort(key=lambda name: -round(share[name] / total, 3))
         return tuple(wide[:_NAMED])
 
 
