@@ -5,7 +5,7 @@ import { pointAt, roughLength } from "../geometry/curves.js";
 import { polyline } from "./paths.js";
 
 /** While more entities than this are drawn, a drag leaves regions out that it moves. */
-const MOST_MOVING = 400;
+const MOST_MOVING = 200;
 
 /** The regions of a drawing, found anew when it was asked for after a change. */
 export class Tint {
