@@ -1,6 +1,7 @@
-"""Cameras, rotations, quaternions and covariances, vectorised over arrays."""
+"""Cameras, clocks, rotations, quaternions and covariances, vectorised over arrays."""
 
 from arael.geometry.camera import PinholeCamera, level_axes
+from arael.geometry.clocks import clock_offset
 from arael.geometry.covariances import (
     compose_covariance,
     decompose_covariance,
@@ -32,6 +33,7 @@ from arael.geometry.rotations import (
 __all__ = [
     "PinholeCamera",
     "Preintegrated",
+    "clock_offset",
     "compose_covariance",
     "decompose_covariance",
     "ellipsoid",

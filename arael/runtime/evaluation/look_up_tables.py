@@ -9,11 +9,13 @@ the part of it that is turned by. Coefficients are computed in f64 from all data
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import comb, factorial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
     from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
+Between = Callable[[Floats], Floats]
+"""From values (n, order, width) of rows to coefficients (n, width, order), lowest first."""
 
 # Steps between the rows of a B-spline may differ by this part of a step.
 _EVEN = 1e-6
@@ -121,7 +125,14 @@ def look_up_tables(
     SolveError
         E1019: a collection does not have the rows for a look-up.
     """
-    return [_Builder(store, group, one).table(slot_rows[one.slot], dtype) for one in group.look_ups]
+    found: list[LookUpTable] = []
+    same: dict[LookUp, LookUpTable] = {}  # those that differ in their argument alone
+    for one in group.look_ups:
+        what = structs.replace(one, first=0, where="", text="")
+        if what not in same:
+            same[what] = _Builder(store, group, one).table(slot_rows[one.slot], dtype)
+        found.append(replace(same[what], first=one.first))
+    return found
 
 
 class _Builder:
@@ -161,15 +172,15 @@ class _Builder:
             step = self._steps(order, key, first, count, owners)[owner]
             start = key[at] - (k % 2) * step / 2
             end = start + step
-            weights = _uniform_weights(k)[None] / step[:, None, None] ** np.arange(k)
+            between = _spline(step, k)
         else:
             start, end = key[at], key[at + 1]
-            weights = _linear_weights(end - start) if k == 2 else _cubic_weights(key[window])
+            between = _line(end - start) if k == 2 else _cubic(key[window])
         columns = [start[:, None]]
         if one.clamp and len(owner):
             last = (begin + intervals - 1)[owner]
             columns += [start[begin[owner], None], end[last, None]]
-        columns += self._coefficients(values[window], weights)
+        columns += self._coefficients(values[window], between)
         records = np.concatenate(columns, axis=1) if len(owner) else np.zeros((0, one.record))
         if len(owner) > _MAX_INTERVALS[dtype]:
             raise self._error(
@@ -188,17 +199,19 @@ class _Builder:
             begin[owners],
         )
 
-    def _coefficients(self, rows: Floats, weights: Floats) -> list[Floats]:
-        """Columns of the records: values (n, k, width) of rows by weights (n, k, degree + 1)."""
+    def _coefficients(self, rows: Floats, between: Between) -> list[Floats]:
+        """Columns of the records, from values (n, order, width) of rows."""
         one, n = self.one, len(rows)
         moved = rows[:, :, : one.moved]
         if one.value == "wrapped":
             moved = np.unwrap(moved, axis=1)
-        found = [np.einsum("nkc,nkd->ncd", moved, weights).reshape(n, -1)]
+        found = [between(moved).reshape(n, -1)]
         if not one.turned:
             return found
         q = rows[:, :, -4:] / np.linalg.norm(rows[:, :, -4:], axis=2, keepdims=True)
         found.append(q[:, 0])
+        # Of each row the weight as a polynomial, then the sums of those from each row on.
+        weights = between(np.broadcast_to(np.eye(one.order), (n, one.order, one.order)))
         cumulative = np.cumsum(weights[:, ::-1], axis=1)[:, ::-1]
         for j in range(1, one.order):
             axis = _rotation_vector(_quotient(q[:, j - 1], q[:, j]))
@@ -279,34 +292,39 @@ class _Builder:
         )
 
 
-def _linear_weights(h: Floats) -> Floats:
-    """(n, 2, 2) of the two rows of an interval, by powers of the distance from its start."""
-    one, slope = np.ones_like(h), 1 / h
-    return np.stack([np.stack([one, -slope], axis=-1), np.stack([0 * one, slope], axis=-1)], axis=1)
+def _line(h: Floats) -> Between:
+    """On the lines between two rows, which are `h` (n,) apart."""
+    return lambda rows: np.stack([rows[:, 0], (rows[:, 1] - rows[:, 0]) / h[:, None]], axis=-1)
 
 
-def _cubic_weights(t: Floats) -> Floats:
-    """(n, 4, 4) of a cubic Hermite interpolation, from the keys (n, 4) around an interval.
+def _cubic(t: Floats) -> Between:
+    """Cubic Hermite interpolation, from the keys (n, 4) around an interval.
 
     The slope at a row is that of the parabola through it and its neighbours (Bessel's tangents),
     for evenly spaced rows that of Catmull and Rom; at the ends, where the neighbour is the row
     itself, that of the interval.
     """
-    before, h, after = np.diff(t, axis=1).T
-    unit = np.broadcast_to(np.eye(4), (len(t), 4, 4))
-    p0, p1 = unit[:, 1], unit[:, 2]
-    inner = (p1 - p0) / h[:, None]
+    before, h, after = np.diff(t, axis=1).T[..., None]
 
-    def outer(step: Floats, difference: Floats) -> Floats:
-        return difference / np.where(step > 0, step, 1)[:, None]
+    def slope(step: Floats, difference: Floats, inner: Floats) -> Floats:
+        part = np.where(step > 0, h / (step + h), 0)
+        return np.asarray(inner + part * (difference / np.where(step > 0, step, 1) - inner))
 
-    def slope(step: Floats, difference: Floats) -> Floats:
-        part = np.where(step > 0, h / (step + h), 0)[:, None]
-        return np.asarray(part * outer(step, difference) + (1 - part) * inner)
+    def between(rows: Floats) -> Floats:
+        p, q = rows[:, 1], rows[:, 2]
+        inner = (q - p) / h
+        m0 = slope(before, p - rows[:, 0], inner)
+        m1 = slope(after, rows[:, 3] - q, inner)
+        square, cube = (3 * inner - 2 * m0 - m1) / h, (m0 + m1 - 2 * inner) / h**2
+        return np.stack([p, m0, square, cube], axis=-1)
 
-    m0, m1 = slope(before, p0 - unit[:, 0]), slope(after, unit[:, 3] - p1)
-    h = h[:, None]
-    return np.stack([p0, m0, (3 * inner - 2 * m0 - m1) / h, (m0 + m1 - 2 * inner) / h**2], axis=-1)
+    return between
+
+
+def _spline(step: Floats, k: int) -> Between:
+    """Uniform B-spline of order k, whose control points are `step` (n,) apart."""
+    weights, powers = _uniform_weights(k), step[:, None, None] ** np.arange(k)
+    return lambda rows: np.einsum("nkc,kd->ncd", rows, weights) / powers
 
 
 def _uniform_weights(k: int) -> Floats:
