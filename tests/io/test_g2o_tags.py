@@ -423,6 +423,8 @@ def test_starts_take_landmarks_along(tmp_path: Path) -> None:
         ("EQUIV 1", "E0716", "EQUIV names two vertices"),
         ("EDGE_SE3_TRACKXYZ 0 2 0 1 1 1", "E0722", "is of an SE3 graph"),
         ("VERTEX_SWITCH 9 1", "E0717", "needs no switches"),
+        ("EDGE_SE3_TRACKUVD 0 2 0 1 1 1 1 0 0 1 0 1", "E0717", "is of images"),
+        ("PARAMS_CAMERACALIB 0 0 0 0 0 0 0 1 500 500 320 240", "E0717", "write each as `EDGE_SE3_TRACKXYZ`"),
         ("EDGE_SE2_SWITCHABLE 0 1 9 1 0 0 1 0 0 1 0 1", "E0717", "loss dcs(1)"),
         ("EDGE_SE2_MAXMIX 0 1 0.1 1 0 0 1 0 0 1 0 1", "E0717", "loss tukey(3)"),
         ("EDGE_SE2 0 1 1,5 0 0 1 0 0 1 0 1\nEDGE_SE2 0 1 1,5 0 0 1 0 0 1 0 1", "E0716", "decimal commas"),

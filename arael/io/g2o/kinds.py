@@ -7,6 +7,7 @@ matrix is its upper triangle, row by row. Formats as in g2o's ``types/slam2d`` a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,18 @@ SWITCHES = frozenset(
 """Tags of Vertigo, whose robust edges have variables or components of their own."""
 
 EQUIV = "EQUIV"
+
+IMAGES = frozenset(
+    {
+        "EDGE_SE3_TRACKUVD",
+        "EDGE_SE3_TRACKDEPTH",
+        "EDGE_PROJECT_DEPTH",
+        "EDGE_PROJECT_DISPARITY",
+        "PARAMS_CAMERACALIB",
+        "PARAMS_CAMERAPARAMETERS",
+    }
+)
+"""Tags of measurements in images with depth, and of the cameras that make them."""
 
 
 @dataclass(frozen=True)
@@ -95,12 +108,7 @@ class Kind:
     Attributes
     ----------
     name : ``SE2`` or ``SE3``
-    forms : form of a line by tag, for reading
-    vertex, edge, landmark, observation, prior, position_prior, landmark_prior, offset : tags for
-        writing
-    size : numbers of a pose in the file
-    dimension : of space
-    tangent : rows of an edge's information matrix
+    forms : form of a line by tag; of several of one part the first is written
     rotation : shape of the model's ``th`` or ``q``
     rotation_field : ``th`` or ``q``
     model : the standard model of this structure
@@ -108,20 +116,37 @@ class Kind:
 
     name: str
     forms: dict[str, Form]
-    vertex: str
-    edge: str
-    landmark: str
-    observation: str
-    prior: str
-    position_prior: str
-    landmark_prior: str
-    offset: str
-    size: int
-    dimension: int
-    tangent: int
     rotation: tuple[int, ...]
     rotation_field: str
     model: str
+
+    def tag(self, part: str, rotations: bool = True) -> str:
+        """The tag with which a line of a part is written.
+
+        Parameters
+        ----------
+        rotations : False for a prior of a position alone
+        """
+        return next(
+            tag
+            for tag, form in self.forms.items()
+            if form.part == part and (rotations or not form.rotations)
+        )
+
+    @cached_property
+    def size(self) -> int:
+        """Numbers of a pose in the file."""
+        return self.forms[self.tag("poses")].size
+
+    @cached_property
+    def dimension(self) -> int:
+        """Dimension of space."""
+        return self.forms[self.tag("edges")].positions
+
+    @cached_property
+    def tangent(self) -> int:
+        """Rows of an edge's information matrix."""
+        return self.forms[self.tag("edges")].tangent
 
     @property
     def identity(self) -> list[float]:
@@ -187,17 +212,6 @@ SE2 = Kind(
         "EDGE_PRIOR_XY": Form("landmark_anchors", 1, "x y", 2, 2),
         "PARAMS_SE2OFFSET": Form("offsets", 1, _POSE2, 3),
     },
-    vertex="VERTEX_SE2",
-    edge="EDGE_SE2",
-    landmark="VERTEX_XY",
-    observation="EDGE_SE2_XY",
-    prior="EDGE_PRIOR_SE2",
-    position_prior="EDGE_PRIOR_SE2_XY",
-    landmark_prior="EDGE_PRIOR_XY",
-    offset="PARAMS_SE2OFFSET",
-    size=3,
-    dimension=2,
-    tangent=3,
     rotation=(),
     rotation_field="th",
     model="pose_graph_2d",
@@ -216,17 +230,6 @@ SE3 = Kind(
         "EDGE_POINTXYZ_PRIOR": Form("landmark_anchors", 1, "x y z", 3, 3),
         "PARAMS_SE3OFFSET": Form("offsets", 1, _POSE3, 7),
     },
-    vertex="VERTEX_SE3:QUAT",
-    edge="EDGE_SE3:QUAT",
-    landmark="VERTEX_TRACKXYZ",
-    observation="EDGE_SE3_TRACKXYZ",
-    prior="EDGE_SE3_PRIOR",
-    position_prior="EDGE_SE3_XYZ_PRIOR",
-    landmark_prior="EDGE_POINTXYZ_PRIOR",
-    offset="PARAMS_SE3OFFSET",
-    size=7,
-    dimension=3,
-    tangent=6,
     rotation=(4,),
     rotation_field="q",
     model="pose_graph_3d",

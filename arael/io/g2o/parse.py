@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from arael.diagnostics.records import Diagnostic, Source, Span
 from arael.diagnostics.suggest import closest
-from arael.io.g2o.kinds import EQUIV, RENAMED, SE2, SE3, SWITCHES, TUTORIAL, Form, Kind
+from arael.io.g2o.kinds import EQUIV, IMAGES, RENAMED, SE2, SE3, SWITCHES, TUTORIAL, Form, Kind
 from arael.io.plain_numbers import is_plain
 from arael.io.report import Report
 from arael.runtime.store import rotations
@@ -258,6 +258,16 @@ class _Parser:
         if name in SWITCHES:
             self._switches(tag, count, lines)
             return
+        if name in IMAGES:
+            self.text.add(
+                "E0717",
+                f"`{tag}`{count} is of images: a pose graph measures landmarks in axes of poses",
+                lines[0],
+                0,
+                help="write each as `EDGE_SE3_TRACKXYZ`, the point in the sensor's axes from its "
+                "pixel and depth, with the information of that; or write a model with a camera",
+            )
+            return
         known = [*self.kind.forms, "FIX", EQUIV]
         near = closest(tag, known)
         help = f"did you mean `{near[0]}`?" if near else f"known tags are {', '.join(known)}"
@@ -265,7 +275,7 @@ class _Parser:
 
     def _switches(self, tag: str, count: str, lines: list[int]) -> None:
         """Robust edges of Vertigo, which a loss of the model replaces."""
-        edge = self.kind.edge
+        edge = self.kind.tag("edges")
         if "MAXMIX" in tag:
             help = (
                 f"write `{edge}` without its mixture's weight, and give a copy of the model "

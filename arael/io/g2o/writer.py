@@ -34,13 +34,13 @@ def dump_toro(store: Store, name: str) -> bytes:
     kind = kind_of(store, name)
     if has_landmarks(store) and store.tables["landmarks"].size:
         raise error("E0722", "cannot write TORO: it has no landmarks", name, help="write g2o")
-    lines = []
+    lines, vertex = [], kind.tag("poses")
     for line in dump(store, name).decode().splitlines():
         tag, *words = line.split(" ")
-        if tag not in (kind.vertex, kind.edge):
+        if tag not in (vertex, kind.tag("edges")):
             what = "fixed poses" if tag == "FIX" else "absolute measurements of poses"
             raise error("E0722", f"cannot write TORO: it has no {what}", name, help="write g2o")
-        ids, numbers = (words[:1], words[1:]) if tag == kind.vertex else (words[:2], words[2:])
+        ids, numbers = (words[:1], words[1:]) if tag == vertex else (words[:2], words[2:])
         pose, triangle = numbers[: kind.size], numbers[kind.size :]
         if kind.dimension == 3:
             q = np.array([float(pose[i]) for i in (6, 3, 4, 5)])
@@ -48,7 +48,7 @@ def dump_toro(store: Store, name: str) -> bytes:
             pose = [*pose[:3], *map(repr, euler.tolist())]
         elif triangle:
             triangle = [triangle[k] for k in FROM_TRIANGLE]
-        new = f"{'VERTEX' if tag == kind.vertex else 'EDGE'}{kind.dimension}"
+        new = f"{'VERTEX' if tag == vertex else 'EDGE'}{kind.dimension}"
         lines.append(" ".join([new, *ids, *pose, *triangle]))
     return ("\n".join(lines) + "\n").encode()
 
@@ -100,17 +100,19 @@ class _Writer:
         kind = self.kind
         measured = [*self._anchors(), *self._of_landmarks()]
         for number, offset in enumerate(self.offsets):
-            yield self.line(kind.offset, [number], np.array(offset))
+            yield self.line(kind.tag("offsets"), [number], np.array(offset))
         poses = self.tables["poses"]
-        yield from self._vertices("poses", kind.vertex, kind.numbers(_columns(poses, kind)))
+        yield from self._vertices("poses", kind.tag("poses"), kind.numbers(_columns(poses, kind)))
         if (landmarks := self.tables.get("landmarks")) is not None:
-            yield from self._vertices("landmarks", kind.landmark, shortest(landmarks.column("t")))
+            yield from self._vertices(
+                "landmarks", kind.tag("landmarks"), shortest(landmarks.column("t"))
+            )
         yield from (f"FIX {id}" for id in self._fixed())
         yield from measured
         edges = self.tables["edges"]
         numbers = kind.numbers(_columns(edges, kind))
         yield from self._measured(
-            "edges", kind.edge, ("poses", "poses"), numbers, edges.column("u")
+            "edges", kind.tag("edges"), ("poses", "poses"), numbers, edges.column("u")
         )
 
     def _vertices(self, part: str, tag: str, values: Array) -> Iterator[str]:
@@ -147,15 +149,15 @@ class _Writer:
                 [shortest(table.column("t")), _triangles(_squared(table.column("u")))]
             )
             for row, line in zip(rows, numbers, strict=True):
-                yield self.line(kind.landmark_prior, [self.ids["landmarks"][row]], line)
+                yield self.line(kind.tag("landmark_anchors"), [self.ids["landmarks"][row]], line)
         if (table := tables.get("observations")) is not None:
             yield from self._measured(
-                "observations", kind.observation, between, shortest(table.column("t")),
+                "observations", kind.tag("observations"), between, shortest(table.column("t")),
                 table.column("u"),
             )  # fmt: skip
         if (table := tables.get("bearings")) is not None:
             yield from self._measured(
-                "bearings", "EDGE_BEARING_SE2_XY", between,
+                "bearings", kind.tag("bearings"), between,
                 shortest(table.column("th"))[:, None], table.column("isigma")[:, None, None],
             )  # fmt: skip
 
@@ -179,7 +181,7 @@ class _Writer:
         for i, row in enumerate(rows):
             # Without information about the rotation, and in the axes of the world.
             alone = not information[i, d:].any() and values[i, d:].tolist() == kind.identity[d:]
-            tag, k = (kind.position_prior, d) if alone else (kind.prior, n)
+            tag, k = kind.tag("anchors", rotations=not alone), d if alone else n
             named = [self.ids["poses"][row]]
             if kind.forms[tag].offset:
                 named.append(self._offset(offsets[i].tolist()))
