@@ -11,7 +11,10 @@ import { HALF, layoutGlyphs } from "../../arael/sketch/page/draw/glyphs.js";
 import { Places, SamePlaces } from "../../arael/sketch/page/draw/places.js";
 import { SYMBOLS } from "../../arael/sketch/page/draw/symbols.js";
 import { dimensionText } from "../../arael/sketch/page/draw/texts.js";
+import { Lengths } from "../../arael/sketch/page/lengths.js";
 import { scene } from "./sketches.js";
+
+const MM = new Lengths({ unit: "mm" });
 
 const rectangle = () =>
   scene(
@@ -274,7 +277,7 @@ test("every kind of dimension is drawn", () => {
   };
   for (const [kind, args] of Object.entries(kinds)) {
     const d = { name: "d0", kind, args, value: { text: "5", number: 5 } };
-    const drawn = layoutDimension(pen(sketch), d, dimensionText(d, "mm"));
+    const drawn = layoutDimension(pen(sketch), d, dimensionText(d, MM));
     assert.ok(drawn, kind);
     assert.ok([drawn.text.x, drawn.text.y].every(Number.isFinite), kind);
   }
@@ -296,15 +299,15 @@ test("a text that is dropped stays where it was dropped", () => {
 test("texts of dimensions", () => {
   const d = (more) => ({ name: "d0", kind: "length", args: ["L0"], ...more });
   const amount = (number, text = String(number)) => ({ number, text });
-  assert.equal(dimensionText(d({ value: amount(12.5) }), "mm"), "12.5");
-  assert.equal(dimensionText(d({ value: amount(12, "w/2") }), "mm"), "ƒ 12");
-  assert.equal(dimensionText(d({ value: amount(0.5, "0.5 in") }), "in"), "0.5");
-  assert.equal(dimensionText(d({ low: amount(2) }), "mm"), "≥ 2");
-  assert.equal(dimensionText(d({ low: amount(2), high: amount(5) }), "mm"), "2 … 5");
-  assert.equal(dimensionText(d({ value: amount(3), derived: true }), "mm", 4), "(4)");
-  assert.equal(dimensionText({ name: "d0", kind: "angle", args: [], value: amount(-30) }, "mm"), "−30°");
-  assert.equal(dimensionText({ name: "d0", kind: "diameter", args: [], value: amount(8) }, "mm"), "⌀8");
-  assert.equal(dimensionText(d({ kind: "diameter", value: amount(8, "2*r") }), "mm"), "⌀ ƒ 8");
-  assert.equal(dimensionText(d({ kind: "arc_length", value: amount(8, "2*r") }), "mm"), "◠ ƒ 8");
-  assert.equal(dimensionText(d({ kind: "radius", low: amount(2) }), "mm"), "R ≥ 2");
+  assert.equal(dimensionText(d({ value: amount(12.5) }), MM), "12.5");
+  assert.equal(dimensionText(d({ value: amount(12, "w/2") }), MM), "ƒ 12");
+  assert.equal(dimensionText(d({ value: amount(0.5, "0.5 in") }), new Lengths({ unit: "in" })), "0.5");
+  assert.equal(dimensionText(d({ low: amount(2) }), MM), "≥ 2");
+  assert.equal(dimensionText(d({ low: amount(2), high: amount(5) }), MM), "2 … 5");
+  assert.equal(dimensionText(d({ value: amount(3), derived: true }), MM, 4), "(4)");
+  assert.equal(dimensionText({ name: "d0", kind: "angle", args: [], value: amount(-30) }, MM), "−30°");
+  assert.equal(dimensionText({ name: "d0", kind: "diameter", args: [], value: amount(8) }, MM), "⌀8");
+  assert.equal(dimensionText(d({ kind: "diameter", value: amount(8, "2*r") }), MM), "⌀ ƒ 8");
+  assert.equal(dimensionText(d({ kind: "arc_length", value: amount(8, "2*r") }), MM), "◠ ƒ 8");
+  assert.equal(dimensionText(d({ kind: "radius", low: amount(2) }), MM), "R ≥ 2");
 });

@@ -19,6 +19,8 @@ import { Wire } from "./wire.js";
  * @property {Point} at  pixels of the canvas
  * @property {string} title  what is typed
  * @property {string} text  what stands there at first, selected
+ * @property {string} [given]  the same in the unit of the part, which is meant if it stays
+ * @property {import("./lengths.js").Quantity} [quantity]  plain numbers are in the unit in which it is shown
  * @property {(text: string) => Promise<Reply>} commit  an error stays in place
  * @property {(text: string) => string} [command]  what is run, to be repeated after something was taken out
  * @property {import("./failure.js").Reference} [reference]  what may be made instead where it is one too many
@@ -94,6 +96,12 @@ export class App extends EventTarget {
     this.renderer.restyled();
   }
 
+  /** Show lengths in a unit; the part stays as it is. @param {string} unit */
+  showLengths(unit) {
+    this.store.lengths.set(unit);
+    this.store.dispatchEvent(new CustomEvent("change", { detail: { put: {}, removed: {}, all: false } }));
+  }
+
   /** Show everything: geometry and dimensions, clear of what lies over the drawing. */
   fit() {
     const { view, renderer, store } = this;
@@ -156,8 +164,11 @@ export class App extends EventTarget {
 
   _follow() {
     const { store, view, renderer, wire } = this;
+    const grid = () => (view.factor = store.lengths.factor);
+    store.addEventListener("status", grid);
     store.addEventListener("change", (event) => {
       const detail = /** @type {CustomEvent} */ (event).detail;
+      grid();
       this.picker.changed(detail);
       renderer.changed(detail);
       if (detail.all && !this._fitted) {

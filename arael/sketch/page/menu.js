@@ -4,6 +4,7 @@ import { FORMATS, SHEETS } from "./actions/filing.js";
 import { LAYERS } from "./actions/viewing.js";
 import { fill, h, roving } from "./dom.js";
 import { icon } from "./icons.js";
+import { UNITS } from "./lengths.js";
 import { askPartUnit } from "./part_unit.js";
 
 /**
@@ -66,6 +67,13 @@ const MENUS = {
     action(app, "fit"),
     action(app, "grid"),
     ...LAYERS.map(({ id }) => action(app, `show_${id}`)),
+    null,
+    ...UNITS.map((unit) => ({
+      title: `Lengths in ${unit}${unit === app.store.unit ? ", as the part" : ""}`,
+      checked: app.store.lengths.name === unit,
+      role: "menuitemradio",
+      run: () => app.showLengths(unit),
+    })),
     null,
     ...THEMES.map(({ id, title }) => ({
       title,

@@ -1,9 +1,7 @@
 /** Another unit for the part: a person says whether its size stays (convert) or its numbers do (relabel). */
 
 import { fill, h } from "./dom.js";
-
-const UNITS = ["mm", "cm", "m", "in"];
-const MILLIMETRES = /** @type {Record<string, number>} */ ({ mm: 1, cm: 10, m: 1000, in: 25.4 });
+import { MILLIMETRES, UNITS } from "./lengths.js";
 
 /** @param {import("./app.js").App} app */
 export function askPartUnit(app) {

@@ -24,13 +24,18 @@ export function mountStatus(app, element) {
   app.addEventListener("hint", (event) => fill(hint, /** @type {CustomEvent} */ (event).detail));
   const showPlace = () => {
     const at = app.tools.current.place?.at;
-    const digits = Math.max(0, Math.min(9, Math.ceil(Math.log10(view.scale))));
-    place.textContent = at ? `${at[0].toFixed(digits)}, ${at[1].toFixed(digits)}` : "";
+    const { factor } = store.lengths;
+    const digits = Math.max(0, Math.min(9, Math.ceil(Math.log10(view.scale / factor))));
+    place.textContent = at ? at.map((x) => (x * factor).toFixed(digits)).join(", ") : "";
   };
   const soon = seldom(PERIOD, showPlace);
   const rests = later(RESTS, showPlace);
   app.canvas.addEventListener("pointermove", () => (app.drag.active ? rests : soon)());
-  const showScale = once(() => (scale.textContent = view.grid ? `grid ${shown(view.gridStep())} ${store.unit}` : store.unit));
+  const showScale = once(() => {
+    const { name, other, factor } = store.lengths;
+    const unit = other ? `${name} (the part: ${store.unit})` : name;
+    scale.textContent = view.grid ? `grid ${shown(view.gridStep() * factor)} ${unit}` : unit;
+  });
   view.addEventListener("change", showScale);
   store.addEventListener("change", showScale);
 

@@ -1,6 +1,7 @@
 /** The page's copy of the document, kept up to date by the server's messages. */
 
 import { pointOffset, splitHandle } from "./geometry/handles.js";
+import { Lengths } from "./lengths.js";
 
 /**
  * @typedef {import("./types.js").Entity} Entity
@@ -38,6 +39,8 @@ export class Store extends EventTarget {
   /** The revision of which there is no verdict, since that was broken off. */
   unjudged = 0;
   unit = "mm";
+  /** The unit in which lengths are shown and typed. */
+  lengths = new Lengths(this);
   file = "";
   /** @type {Record<string, unknown>} */
   settings = {};
@@ -68,10 +71,7 @@ export class Store extends EventTarget {
     return entity ? pointOffset(entity, point) : -1;
   }
 
-  /**
-   * Numbers of an entity.
-   * @param {string} name
-   */
+  /** Numbers of an entity. @param {string} name */
   numbers(name) {
     const entity = this.entities.get(name);
     return entity ? this.values.subarray(entity.at, entity.at + entity.size) : new Float64Array(0);

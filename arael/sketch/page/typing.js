@@ -1,8 +1,8 @@
 /** A value typed in place over the drawing: expression, units, completion; an error stays in place. */
 
-import { amountText } from "./amounts.js";
 import { Completion } from "./completion.js";
 import { fill, h, later } from "./dom.js";
+import { quantityOf } from "./draw/texts.js";
 import { failure } from "./failure.js";
 import { amount, quoted } from "./tools/compose.js";
 
@@ -92,7 +92,8 @@ export class Typing {
       name,
       at: this._drawn(name) ?? this._middle(record.args),
       title: `${name}: ${record.kind} ${record.args.join(" ")}`,
-      text: amountText(record),
+      text: this.app.store.lengths.amount(record),
+      quantity: quantityOf(record.kind),
       command: (text) => `set_driven ${name} ${amount(text)}`,
       commit: (text) => this.app.wire.run(`set_driven ${name} ${amount(text)}`),
     });
@@ -114,11 +115,15 @@ export class Typing {
   async add(spec, names) {
     const expression = spec.present(names);
     const reply = expression ? await this.app.wire.ask("evaluate", { text: expression }) : null;
+    const quantity = quantityOf(spec.id);
+    const text = reply?.ok ? this._told(reply, quantity) : "";
     this.open({
       at: this._middle(names),
       title: `${spec.title} ${names.join(" ")}`,
-      text: reply?.ok ? reply.text : "",
-      reference: { command: `${spec.id} ${names.join(" ")} derived`, title: asReference(reply?.ok ? reply.text : "") },
+      text,
+      given: reply?.ok ? reply.text : "",
+      quantity,
+      reference: { command: `${spec.id} ${names.join(" ")} derived`, title: asReference(text) },
       command: (text) => `${spec.id} ${names.join(" ")} ${amount(text)}`,
       commit: (text) => this.app.wire.run(`${spec.id} ${names.join(" ")} ${amount(text)}`),
     });
@@ -144,10 +149,11 @@ export class Typing {
     const text = this.input.value.trim();
     if (!request) return;
     const changed = text !== request.text || !request.name;
-    const reply = changed ? await request.commit(text) : { ok: true, text: "" };
+    const meant = this._meant(text, request);
+    const reply = changed ? await request.commit(meant) : { ok: true, text: "" };
     if (this.request !== request) return;
     if (!reply.ok) {
-      this._refused(reply, text);
+      this._refused(reply, meant);
       return;
     }
     const next = step && request.name ? this._neighbour(request.name, step) : "";
@@ -181,9 +187,22 @@ export class Typing {
     const text = this.input.value.trim();
     const { request } = this;
     const plain = request?.change || text === "" || Number.isFinite(Number(text)) || />=|<=|\bto\b/.test(text);
-    const reply = plain ? null : await this.app.wire.ask("evaluate", { text: text.replace(/^=/, "") });
+    const meant = request ? this._meant(text, request) : text;
+    const reply = plain ? null : await this.app.wire.ask("evaluate", { text: meant.replace(/^=/, "") });
     if (this.request !== request || this.input.value.trim() !== text) return;
-    this.value.textContent = reply?.ok ? `= ${reply.text}` : "";
+    this.value.textContent = reply?.ok ? `= ${this._told(reply, request?.quantity)}` : "";
+  }
+
+  /** What was typed, as commands read it. @param {string} text @param {TypingRequest} request */
+  _meant(text, { quantity, given, text: offered }) {
+    if (given && text === offered) return given;
+    return quantity ? this.app.store.lengths.typed(text, quantity) : text;
+  }
+
+  /** A value that was asked for, as lengths are shown. @param {Reply} reply @param {import("./lengths.js").Quantity} [quantity] */
+  _told(reply, quantity) {
+    const number = /** @type {{value?: unknown}|undefined} */ (reply.data)?.value;
+    return quantity && typeof number === "number" ? this.app.store.lengths.text(number, quantity) : reply.text;
   }
 
   /**

@@ -20,7 +20,8 @@ export class View extends EventTarget {
   height = 1;
   /** Whether the grid is shown and snapped to. */
   grid = true;
-  unit = "mm";
+  /** Number that is shown for a length of 1: grid lines are at round numbers of those. */
+  factor = 1;
 
   /**
    * Pixels of a point of the sketch.
@@ -117,12 +118,12 @@ export class View extends EventTarget {
     return { xmin, ymin, xmax, ymax };
   }
 
-  /** Distance of grid lines: 1, 2 or 5 times a power of ten, at least `pixels` apart. */
+  /** Distance of grid lines: 1, 2 or 5 times a power of ten as lengths are shown, at least `pixels` apart. */
   gridStep(pixels = 12) {
-    const raw = pixels / this.scale;
+    const raw = (pixels * this.factor) / this.scale;
     const power = 10 ** Math.floor(Math.log10(raw));
-    const factor = [1, 2, 5, 10].find((f) => f * power >= raw * (1 - 1e-12)) ?? 10;
-    return factor * power;
+    const multiple = [1, 2, 5, 10].find((f) => f * power >= raw * (1 - 1e-12)) ?? 10;
+    return (multiple * power) / this.factor;
   }
 
   /** Show or hide the grid. @param {boolean} on */

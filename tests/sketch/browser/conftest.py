@@ -152,6 +152,7 @@ EMPTIED = """async () => {
     app.panels.show("");
     for (const part of Object.keys(app.shown)) app.show(part, true);
     app.theme.set("auto");
+    app.showLengths("mm");
     app.snapper.recent = [];
     app.pointer.bare = false;
     app.pointer._last.time = -Infinity;

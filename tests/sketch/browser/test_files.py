@@ -92,6 +92,24 @@ def test_the_drawing_is_exported_from_the_menu(page: Any, kind: str) -> None:
     page.get_by_text(f"Exported sketch.{kind}").wait_for()
 
 
+@optional.needs("ezdxf")
+def test_a_display_unit_changes_nothing_in_exported_files(page: Any) -> None:
+    def exported(kind: str) -> bytes:
+        with page.expect_download() as waiting:
+            choose(page, f"Export {kind}")
+        return Path(waiting.value.path()).read_bytes()
+
+    def outline(content: bytes) -> Any:
+        drawing = optional.require("ezdxf").read(io.StringIO(content.decode()))
+        lines = drawing.modelspace().query("LINE")
+        return drawing.header["$INSUNITS"], [(one.dxf.start, one.dxf.end) for one in lines]
+
+    before = exported("SVG"), outline(exported("DXF"))
+    page.evaluate("app.showLengths('in')")
+    assert (exported("SVG"), outline(exported("DXF"))) == before
+    assert len(before[1][1]) > 0 and before[1][0] == 4  # millimetres
+
+
 @exercises(*(f"action:export_{size}" for size in ("a4", "a3", "a2", "a1")))
 @optional.needs("matplotlib")
 @pytest.mark.parametrize(("size", "long"), [("A4", 297), ("A3", 420), ("A2", 594), ("A1", 841)])

@@ -15,6 +15,7 @@ from tests import optional
 from tests.event_loop import completed
 from tests.sketch.browser.conftest import Editor
 from tests.sketch.browser.exercised import exercises
+from tests.sketch.browser.mouse import click
 from tests.sketch.browser.panels import RECTANGLE, connected, length, press, run, wait
 from tests.sketch.server.inside import InsideServer
 from tests.sketch.server.shared import shared_sketch
@@ -251,6 +252,48 @@ def test_the_unit_of_the_part_is_converted_or_relabelled(
     assert length(page, "L0") == pytest.approx(number)
     run(page, "undo")
     wait(page, "app.store.unit === 'mm' && app.store.dimensions.get('d0').value.number === 40")
+
+
+def show_lengths_in(page: Any, unit: str) -> None:
+    page.get_by_role("menuitem", name="View", exact=True).click()
+    page.locator(".menu:not([hidden])").get_by_text(f"Lengths in {unit}").click()
+
+
+def test_a_display_unit_converts_numbers_and_never_touches_the_part(page: Any) -> None:
+    run(page, "length L0 50.8")
+    state = "[app.store.revision, app.store.unit, ...app.store.values].join()"
+    before = page.evaluate(state)
+    show_lengths_in(page, "in")
+    value = show(page, "relations").locator(".value").first
+    typed = page.locator("#typed")
+    assert value.inner_text() == "2 in"
+    assert "in (the part: mm)" in page.locator("#status").inner_text()
+    drawn = "app.renderer.annotations.dimensions.map((one) => one.text.text).join()"
+    wait(page, f"{drawn} === '2 in'")
+    value.click()
+    assert typed.input_value() == "2 in"
+    typed.press("Enter")  # the same as before: nothing is run
+    assert page.evaluate(state) == before
+
+    value.click()
+    typed.fill("3")
+    typed.press("Enter")
+    wait(page, "Math.abs(app.store.dimensions.get('d0').value.number - 76.2) < 1e-9")
+    assert length(page, "L0") == pytest.approx(76.2)
+    show_lengths_in(page, "mm")
+    wait(page, f"{drawn} === '76.2'")
+
+
+def test_a_circle_is_drawn_with_a_radius_in_the_display_unit(page: Any) -> None:
+    show_lengths_in(page, "in")
+    page.evaluate("app.tools.start('circle')")
+    click(page, -10, 10)
+    press(page, "1", "Enter")
+    wait(page, "app.store.dimensions.size === 1")
+    assert page.evaluate("[...app.store.dimensions.values()][0].value") == {
+        "text": "1 in",
+        "number": pytest.approx(25.4),
+    }
 
 
 @exercises("action:keys", "action:manual")

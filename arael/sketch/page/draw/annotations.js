@@ -179,7 +179,7 @@ export class Annotations {
     const { store } = this;
     const value = d.derived || store.dragging ? measured(store, d) : null;
     pen.places.choosing(d.name);
-    const drawn = layoutDimension(pen, d, dimensionText(d, store.unit, value));
+    const drawn = layoutDimension(pen, d, dimensionText(d, store.lengths, value));
     if (pen.places === this.places) this._choices.set(d.name, this.places.refused);
     return drawn;
   }

@@ -52,9 +52,9 @@ function lines(ctx, view, step, colour) {
  * @param {CanvasRenderingContext2D} ctx
  * @param {import("../view.js").View} view
  * @param {import("./palette.js").Palette} palette
- * @param {string} unit
+ * @param {import("../lengths.js").Lengths} lengths
  */
-export function drawScaleBar(ctx, view, palette, unit) {
+export function drawScaleBar(ctx, view, palette, lengths) {
   if (view.width < 260) return;
   const length = view.gridStep(60);
   // On a narrow drawing it stands above the command field.
@@ -70,5 +70,5 @@ export function drawScaleBar(ctx, view, palette, unit) {
   ctx.font = `11px ${FONT}`;
   ctx.textAlign = "left";
   ctx.textBaseline = "middle";
-  ctx.fillText(`${numberText(length)} ${unit}`, x + w + 8, y - 2);
+  ctx.fillText(`${numberText(lengths.number(length, "length"))} ${lengths.name}`, x + w + 8, y - 2);
 }

@@ -164,11 +164,12 @@ function drawFields(ctx, tool, at, palette) {
   ctx.textBaseline = "middle";
   ctx.textAlign = "left";
   let y = at[1] + 26;
-  const { typed } = tool;
+  const { typed, app: { store: { lengths } } } = tool;
   fields.forEach((field, i) => {
     const active = typed.open && i === Math.min(typed.active, fields.length - 1);
-    const value = field.text || (field.quantity === "count" ? String(field.value) : rounded(field.value));
-    const suffix = field.quantity === "angle" && !field.text ? "°" : "";
+    const value = field.text || (field.quantity === "count" ? String(field.value) : rounded(field.quantity === "length" ? lengths.number(field.value, "length") : field.value));
+    const unit = field.quantity === "angle" ? "°" : field.quantity === "length" && lengths.other ? ` ${lengths.name}` : "";
+    const suffix = field.text ? "" : unit;
     const text = `${field.title} ${value}${suffix}${active ? "▏" : ""}`;
     const width = ctx.measureText(text).width + 12;
     ctx.beginPath();

@@ -198,7 +198,7 @@ export class Renderer extends EventTarget {
     if (!this.moves.size || !annotations.fits) annotations.layout(ctx);
     if (this.moves.size) annotations.split(this.moves);
     annotations.draw(ctx, palette, annotations.still);
-    drawScaleBar(ctx, app.view, palette, app.store.unit);
+    drawScaleBar(ctx, app.view, palette, app.store.lengths);
   }
 
   _paintMoving() {

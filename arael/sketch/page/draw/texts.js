@@ -13,27 +13,29 @@ export function numberText(number) {
   return Number(text) === 0 ? "0" : text.replace("-", "−");
 }
 
-/** Whether a dimension's quantity is an angle. @param {string} kind */
-const isAngle = (kind) => ANGLES.has(kind);
+/** What a dimension measures. @param {string} kind @returns {import("../lengths.js").Quantity} */
+export const quantityOf = (kind) => (kind === "area" ? "area" : ANGLES.has(kind) ? "angle" : "length");
 
 /**
  * What the drawing shows: value or range with its sign and unit; derived ones in parentheses.
  * @param {Dimension} d
- * @param {string} unit
+ * @param {import("../lengths.js").Lengths} lengths
  * @param {number|null} [measured]  value of a derived dimension now
  */
-export function dimensionText(d, unit, measured = null) {
-  const suffix = isAngle(d.kind) ? "°" : d.kind === "area" ? ` ${unit}²` : "";
+export function dimensionText(d, lengths, measured = null) {
+  const quantity = quantityOf(d.kind);
+  const suffix = { angle: "°", area: ` ${lengths.name}²`, length: lengths.other ? ` ${lengths.name}` : "" }[quantity];
+  const text = (/** @type {number} */ number) => `${numberText(lengths.number(number, quantity))}${suffix}`;
   let body = "";
   if (d.value) {
     const number = d.derived && measured !== null ? measured : d.value.number;
-    body = `${!d.derived && !LITERAL.test(d.value.text) ? "ƒ " : ""}${numberText(number)}${suffix}`;
-  } else if (d.low && d.high) body = `${numberText(d.low.number)}${suffix} … ${numberText(d.high.number)}${suffix}`;
-  else if (d.low) body = `≥ ${numberText(d.low.number)}${suffix}`;
-  else if (d.high) body = `≤ ${numberText(d.high.number)}${suffix}`;
+    body = `${!d.derived && !LITERAL.test(d.value.text) ? "ƒ " : ""}${text(number)}`;
+  } else if (d.low && d.high) body = `${text(d.low.number)} … ${text(d.high.number)}`;
+  else if (d.low) body = `≥ ${text(d.low.number)}`;
+  else if (d.high) body = `≤ ${text(d.high.number)}`;
   let prefix = PREFIXES[d.kind] ?? "";
   // apart from the sign before it: "⌀ ƒ 5"
   if (prefix && /^[ƒ≥≤]/.test(body)) prefix = `${prefix.trim()} `;
-  const text = `${prefix}${body}${d.broken ? " ⚠" : ""}`;
-  return d.derived ? `(${text})` : text;
+  const whole = `${prefix}${body}${d.broken ? " ⚠" : ""}`;
+  return d.derived ? `(${whole})` : whole;
 }

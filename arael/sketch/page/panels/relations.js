@@ -1,7 +1,7 @@
 /** Constraints and dimensions with search and filter: select, switch on and off, edit, delete. */
 
-import { amountText, shown } from "../amounts.js";
 import { fill, h, once } from "../dom.js";
+import { quantityOf } from "../draw/texts.js";
 import { icon } from "../icons.js";
 import { points } from "../mention.js";
 
@@ -160,8 +160,9 @@ function row(app, one) {
 
 /** @param {App} app @param {Dimension} one */
 function value(app, one) {
-  const text = amountText(one);
-  const number = one.value ? shown(one.value.number) : "";
+  const { lengths } = app.store;
+  const text = lengths.amount(one);
+  const number = one.value ? lengths.text(one.value.number, quantityOf(one.kind)) : "";
   const words = one.derived ? `(${number})` : text;
   return h(
     "button",

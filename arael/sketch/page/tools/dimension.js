@@ -2,7 +2,7 @@
 
 import { layoutDimension, measured } from "../draw/dimensions.js";
 import { Places } from "../draw/places.js";
-import { dimensionText } from "../draw/texts.js";
+import { dimensionText, quantityOf } from "../draw/texts.js";
 import { splitHandle } from "../geometry/handles.js";
 import { asReference } from "../typing.js";
 import { amount, short } from "./compose.js";
@@ -87,7 +87,7 @@ export class DimensionTool extends PicksTool {
 
   /** @param {Dimension} d */
   textOf(d) {
-    return dimensionText(d, this.app.store.unit);
+    return dimensionText(d, this.app.store.lengths);
   }
 
   /** Lays out the preview: nothing else is in its way. */
@@ -113,7 +113,9 @@ export class DimensionTool extends PicksTool {
     if (typeof record.along === "number" && record.along !== 0) extras.push(`dim_pos ${name} along ${short(record.along)}`);
     const made = `${record.kind} ${record.args.join(" ")}`;
     const mode = record.mode ? ` ${record.mode}` : "";
-    const value = record.value?.text ?? "";
+    const { lengths } = this.app.store;
+    const quantity = quantityOf(record.kind);
+    const value = lengths.amount(record);
     const end = () => {
       this.cancel();
       this.app.renderer.overlayChanged();
@@ -121,7 +123,7 @@ export class DimensionTool extends PicksTool {
     // The preview stays while the value is typed.
     this.asked = record;
     this.app.openTyping({
-      at: place.screen, title: record.kind, text: value,
+      at: place.screen, title: record.kind, text: value, given: record.value?.text ?? "", quantity,
       reference: { command: [`${made} derived${mode}`, ...extras].join("; "), title: asReference(value) },
       command: (text) => [`${made} ${amount(text)}${mode}`, ...extras].join("; "),
       commit: async (text) => {

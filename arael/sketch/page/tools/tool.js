@@ -17,13 +17,13 @@ import { Typed } from "./typed.js";
 
 /** A tool. It gets events with places and composes commands; it never changes the document itself. */
 export class Tool {
-  typed = new Typed();
   /** @type {Place|null} */
   place = null;
 
   /** @param {import("../app.js").App} app */
   constructor(app) {
     this.app = app;
+    this.typed = new Typed(app.store.lengths);
   }
 
   /** Whether pressing and moving belongs to the tool; otherwise it is two clicks. */

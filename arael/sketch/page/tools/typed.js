@@ -9,8 +9,15 @@ const FIRST = /^[0-9.\-+=(]$/;
 export class Typed {
   /** @type {Map<string, string>} */
   texts = new Map();
+  /** Fields that are lengths. @type {Set<string>} */
+  _lengths = new Set();
   active = 0;
   open = false;
+
+  /** @param {import("../lengths.js").Lengths} lengths */
+  constructor(lengths) {
+    this.lengths = lengths;
+  }
 
   clear() {
     this.texts.clear();
@@ -19,11 +26,12 @@ export class Typed {
   }
 
   /**
-   * What was typed for a field, "" if nothing.
+   * What was typed for a field, with the unit that is shown; "" if nothing.
    * @param {string} id
    */
   text(id) {
-    return (this.texts.get(id) ?? "").trim();
+    const text = (this.texts.get(id) ?? "").trim();
+    return text && this._lengths.has(id) ? this.lengths.typed(text, "length") : text;
   }
 
   /**
@@ -41,9 +49,10 @@ export class Typed {
    * @param {number} otherwise
    */
   number(id, otherwise) {
-    const text = this.text(id);
+    const text = (this.texts.get(id) ?? "").trim();
     const number = text === "" ? NaN : Number(text);
-    return Number.isFinite(number) ? number : otherwise;
+    if (!Number.isFinite(number)) return otherwise;
+    return this._lengths.has(id) ? number / this.lengths.factor : number;
   }
 
   /** Whether anything was typed. */
@@ -60,7 +69,8 @@ export class Typed {
   key(event, fields) {
     if (!fields.length || event.ctrlKey || event.metaKey || event.altKey) return "";
     this.active = Math.min(this.active, fields.length - 1);
-    const id = fields[this.active].id;
+    const { id, quantity } = fields[this.active];
+    if (quantity === "length") this._lengths.add(id);
     const text = this.texts.get(id) ?? "";
     if (event.key === "Tab") {
       const step = event.shiftKey ? fields.length - 1 : 1;
