@@ -116,7 +116,6 @@ DIMENSIONS = {
 }
 
 
-@pytest.mark.parametrize("case", DIMENSIONS)
 @exercises("tool:dimension")
 @pytest.mark.parametrize(
     ("at", "value"), [((12, 4), "30"), ((-12, -4), "30"), ((-6, 12), "150"), ((6, -12), "150")]
@@ -151,6 +150,7 @@ def test_after_what_is_in_the_way_is_deleted_the_dimension_is_made(sheet: Any) -
     assert not sheet.locator(".typing").is_visible()
 
 
+@pytest.mark.parametrize("case", DIMENSIONS)
 @exercises("tool:dimension")
 def test_what_is_picked_decides_the_kind_of_dimension(sheet: Any, case: str) -> None:
     drawn, places, kind = DIMENSIONS[case]

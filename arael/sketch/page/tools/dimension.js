@@ -127,7 +127,7 @@ export class DimensionTool extends PicksTool {
       reference: { command: [`${made} derived${mode}`, ...extras].join("; "), title: asReference(value) },
       command: (text) => [`${made} ${amount(text)}${mode}`, ...extras].join("; "),
       commit: async (text) => {
-        const reply = await this.app.run(`${made} ${amount(text)}${mode}`, { extras });
+        const reply = await this.app.wire.run(`${made} ${amount(text)}${mode}`, { extras });
         if (reply.ok) end();
         return reply;
       },
