@@ -362,7 +362,7 @@ class Model(Displayed, Fields):
         # imported here: start-up time
         from arael.plot.problem import model_figure
 
-        return model_figure(self, self._compiled.layout, what, view, self._compiled.layout.name)
+        return model_figure(self, self._compiled.layout, what, view, self._compiled.layout.root)
 
     def serialize(self) -> NDArray[np.float64]:
         """Values of all free parameters, as one vector of stored scalars.

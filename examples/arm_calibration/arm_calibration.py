@@ -186,6 +186,7 @@ def main(arguments: list[str] | None = None) -> None:
     arm = simulate(args.shots, args.seed)
     models = {"free": problem(arm), "held": held(arm), "with priors": with_priors(arm)}
     if args.data:
+        args.data.mkdir(parents=True, exist_ok=True)
         for name, model in models.items():
             model.write(args.data / f"arm_{name.replace(' ', '_')}.json")
     print(models.pop("free").free_directions())

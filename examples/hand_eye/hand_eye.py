@@ -184,6 +184,7 @@ def main(arguments: list[str] | None = None) -> None:
     poses = simulate(args.shots, args.seed)
     one, two = hand_eye(poses), robot_world(poses)
     if args.data:
+        args.data.mkdir(parents=True, exist_ok=True)
         one.write(args.data / "hand_eye.json")
         two.write(args.data / "robot_world.json")
     print("\n".join(report("A X = X B", one, one.solve(rel_precision=1e-9), poses)))

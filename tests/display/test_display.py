@@ -240,7 +240,7 @@ def test_mistakes_in_a_cell_are_printed(capsys: pytest.CaptureFixture) -> None:
 def test_models_and_results_draw_themselves(path: arael.Model) -> None:
     require("matplotlib")
     path.speed = 1.0
-    assert path.plot().get_suptitle() == "model\n15 poses"
+    assert path.plot().get_suptitle() == "Path\n15 poses"
     assert "Pose" in path.plot("residuals").axes[0].get_title(loc="left")
     fit = arael.loads("root R { param a: real = 1; constraint c { a - 2 } }", interpret=True)()
     assert fit.plot().axes
