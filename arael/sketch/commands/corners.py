@@ -212,7 +212,10 @@ def _ends(document: Document, constraint: Constraint) -> tuple[End, End] | None:
     return (ends[0], ends[1]) if ends[0].line != ends[1].line else None
 
 
-def _require_length(document: Document, found: _Corner, trim: float, what: str) -> None:
+def _require_length(
+    document: Document, found: _Corner, size: float, trim: float, what: str
+) -> None:
+    """E1283 with the largest size, if what is cut off is not shorter than a line."""
     for end in found.ends:
         n = document.numbers_of(end.line).tolist()
         length = math.dist(n[:2], n[2:])
@@ -221,9 +224,14 @@ def _require_length(document: Document, found: _Corner, trim: float, what: str) 
                 Diagnostic(
                     "E1283",
                     f"{end.line} is {shown(length)} long, {what} takes {shown(trim)} of it",
-                    help=("choose a smaller size",),
+                    help=(f"a size below {shown(size * _shortest(document, found) / trim)} fits",),
                 )
             )
+
+
+def _shortest(document: Document, found: _Corner) -> float:
+    numbers = (document.numbers_of(end.line).tolist() for end in found.ends)
+    return min(math.dist(n[:2], n[2:]) for n in numbers)
 
 
 def _open(session: Session, found: _Corner, always: bool, new: str, done: Transfer) -> str:
@@ -258,7 +266,7 @@ def _round(session: Session, words: Words, found: _Corner, amount: Amount, done:
     document = session.document
     shape = fillet_of(found.at, amount.number)
     assert shape is not None
-    _require_length(document, found, shape.trim, "the arc")
+    _require_length(document, found, amount.number, shape.trim, "the arc")
     arc = shape.arc
     numbers = [*arc.center, *arc.start, *arc.end, arc.radius]
     name = document.add_entity("arc", numbers).name
@@ -291,7 +299,7 @@ def _put_anchor(document: Document, found: _Corner, anchor: str, done: Transfer)
 
 def _bevel(session: Session, words: Words, found: _Corner, amount: Amount, done: Transfer) -> _Made:
     document = session.document
-    _require_length(document, found, amount.number, "the chamfer")
+    _require_length(document, found, amount.number, amount.number, "the chamfer")
     shape = chamfer_of(found.at, amount.number)
     name = document.add_entity("line", [*shape.p1, *shape.p2]).name
     anchor = _open(session, found, True, name, done)

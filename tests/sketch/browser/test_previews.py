@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -31,6 +32,31 @@ def test_cuts_are_bars_across_the_curve_not_points(page: Any, tool: str) -> None
     assert "points" not in shown
     assert [cut["at"] for cut in shown["cuts"]] == [pytest.approx([x, 0]) for x in (20, 40)]
     assert all(cut["along"][1] == pytest.approx(0) for cut in shown["cuts"])
+
+
+@pytest.mark.parametrize("tool", ["fillet", "chamfer"])
+def test_a_corner_is_shown_as_it_becomes_before_the_click_and_while_typing(
+    page: Any, tool: str
+) -> None:
+    run(page, "add_rect 0,0 40,20 hv")
+    page.evaluate("app.fit()")
+    start(page, tool)
+    page.mouse.move(*at(page, 40, 20))
+    assert len(preview(page)["curves"]) == 1
+    click(page, 40, 20)
+    page.keyboard.type("6")
+    (shown,) = preview(page)["curves"]
+    if tool == "fillet":
+        assert (shown["cx"], shown["cy"], shown["rx"]) == pytest.approx((34, 14, 6))
+        assert abs(shown["sweep"]) == pytest.approx(math.pi / 2)
+    else:
+        assert sorted([shown["x1"], shown["x2"]]) == pytest.approx([34, 40])
+    press(page, "Backspace")
+    page.keyboard.type("25")
+    found = preview(page)
+    assert not found["curves"] and [one["text"] for one in found["labels"]] == ["below 20 mm"]
+    press(page, "Backspace", "Backspace", "6", "Enter")
+    wait(page, "app.store.entities.size >= 5")
 
 
 def test_the_guide_of_rotate_follows_the_typed_angle(page: Any) -> None:

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from arael.diagnostics.records import AraelError
 from tests.sketch.modify.drawn import at, kinds, measures, number, refused, run, sketch, state
 
 RECT = "add_rect 0,0 5,3 hv"
@@ -186,6 +187,17 @@ def test_refusals_name_the_word(word: str, rest: str, code: str, shown: str | No
     assert found[0] == code
     if shown is not None:
         assert found[2] == shown
+
+
+@pytest.mark.parametrize(("word", "most"), [("fillet", 3 * math.tan(math.pi / 8)), ("chamfer", 3)])
+def test_a_size_that_is_too_large_names_the_largest_that_fits(word: str, most: float) -> None:
+    """A corner of 45 degrees between lines of 5 and 3."""
+    s = 3 / math.sqrt(2)
+    session = sketch(f"add_line 0,0 5,0; add_line 5,0 {5 - s},{s}")
+    with pytest.raises(AraelError) as caught:
+        session.run(f"{word} L0 L1 4")
+    assert caught.value.diagnostics[0].help == (f"a size below {most:.6g} fits",)
+    run(session, f"{word} L0 L1 {most * 0.999}")
 
 
 def test_an_end_where_three_lines_meet_names_two_corners() -> None:
