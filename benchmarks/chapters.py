@@ -10,6 +10,7 @@ from pathlib import Path
 from benchmarks import (
     backends,
     certified,
+    clocks,
     cold,
     components,
     demo_seeds,
@@ -57,6 +58,7 @@ OWN: dict[str, Chapter] = {
     "export": exported.run,
     "demo-seeds": demo_seeds.run,
     "parts": parts.run,
+    "time": clocks.run,
 }
 SUITES = (*BESIDE, *OWN)
 

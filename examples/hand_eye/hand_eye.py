@@ -2,7 +2,8 @@
 
     python hand_eye.py [--shots 30] [--seed 1] [--plot hand_eye.png] [--data FOLDER]
 
-`hand_eye.arael` solves A X = X B on motions, `robot_world.arael` A X = Y B on poses.
+`hand_eye.arael` solves A X = X B on motions, `robot_world.arael` A X = Y B on poses, and
+`hand_eye_offset.arael` the same while the hand moves and the camera has a clock of its own.
 """
 
 from __future__ import annotations
@@ -16,7 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import arael
-from arael.geometry import quat_from_matrix, rotation_from_vector, rotation_vector, skew
+from arael.geometry import (
+    clock_offset,
+    quat_from_matrix,
+    rotation_from_vector,
+    rotation_vector,
+    skew,
+)
 
 Array = NDArray[np.float64]
 
@@ -62,6 +69,42 @@ def simulate(shots: int = 30, seed: int = 1) -> Poses:
     noise = SIGMA * rng.normal(size=(shots, 6))
     b = np.linalg.inv(y) @ a @ x @ rigid(noise[:, :3], noise[:, 3:])
     return Poses(a, b, x, y)
+
+
+@dataclass(frozen=True)
+class Sweep(Poses):
+    """Poses of a hand in motion: `a` at the times `t` of the robot, `b` at `shot` of the camera.
+
+    Attributes
+    ----------
+    offset : true offset, added to times of the camera
+    """
+
+    t: Array
+    shot: Array
+    offset: float
+
+
+def sweep(seconds: float = 30.0, seed: int = 1) -> Sweep:
+    """A hand that swings before a target: poses at 125 Hz, pictures at 10 Hz."""
+    rng = np.random.default_rng(seed)
+    still, offset = simulate(2, seed), 0.0231
+    phase = rng.uniform(0, 2 * np.pi, (6, 2))
+
+    def hand(t: Array) -> Array:
+        def swing(k: int) -> Array:
+            slow = np.sin((1.1 + 0.1 * k) * t + phase[k, 0])
+            return slow + 0.3 * np.sin((3.1 + 0.2 * k) * t + phase[k, 1])
+
+        at = np.array([0.7, 0.1, 0.6]) + 0.15 * np.stack([swing(k) for k in range(3)], axis=1)
+        turns = rigid(np.zeros((len(t), 3)), 0.35 * np.stack([swing(k) for k in (3, 4, 5)], axis=1))
+        return rigid(at, np.zeros(3)) @ rigid(np.zeros(3), [np.pi, 0, 0]) @ turns
+
+    t = np.arange(0.0, seconds, 0.008)
+    shot = np.arange(0.5, seconds - 0.5, 0.1) + rng.uniform(0, 0.02, int((seconds - 1) / 0.1 + 0.5))
+    noise = SIGMA * rng.normal(size=(len(shot), 6))
+    b = np.linalg.inv(still.y) @ hand(shot + offset) @ still.x
+    return Sweep(hand(t), b @ rigid(noise[:, :3], noise[:, 3:]), still.x, still.y, t, shot, offset)
 
 
 def adjoint(b: Array) -> Array:
@@ -112,6 +155,22 @@ def robot_world(poses: Poses) -> Any:
     return model
 
 
+def moving(poses: Sweep) -> Any:
+    """The problem A(t + offset) X = Y B, from two identities and the offset of angular rates."""
+
+    def rates(t: Array, pose: Array) -> tuple[Array, Array]:
+        turn = np.swapaxes(pose[:-1, :3, :3], 1, 2) @ pose[1:, :3, :3]
+        return (t[1:] + t[:-1]) / 2, np.linalg.norm(rotation_vector(turn), axis=1) / np.diff(t)
+
+    offset = clock_offset(*rates(poses.t, poses.a), *rates(poses.shot, poses.b), 0.2)
+    model: Any = arael.load(HERE / "hand_eye_offset.arael")(isigma=1 / SIGMA, offset=offset)
+    turns = quat_from_matrix(poses.a[:, :3, :3])
+    model.hand.extend(t=poses.t, a=np.hstack([poses.a[:, :3, 3], turns]))
+    shots = columns(poses.b, poses.b)
+    model.shots.extend(time=poses.shot, b_t=shots["b_t"], b_q=shots["b_q"])
+    return model
+
+
 def error(found: Array, true: Array) -> Array:
     """Error (6,) in the tangent of the found transform, as its covariance: [m], [rad]."""
     off = np.linalg.inv(found) @ true
@@ -136,6 +195,10 @@ def report(name: str, model: Any, result: Any, poses: Poses) -> list[str]:
                 f"  {which} {part:11}  error {1e3 * off[rows].max():5.2f} {unit:4}"
                 f"  sigma {1e3 * sigma[rows].max():5.2f} {unit}"
             )
+    if isinstance(poses, Sweep):
+        off = 1e6 * abs(float(model.offset.value) - poses.offset)
+        sigma = 1e6 * np.sqrt(float(covariance.marginal("offset")[0, 0]))
+        lines.append(f"  offset         error {off:5.0f} us    sigma {sigma:5.0f} us")
     return lines
 
 
@@ -182,13 +245,17 @@ def main(arguments: list[str] | None = None) -> None:
     args = parser.parse_args(arguments)
 
     poses = simulate(args.shots, args.seed)
-    one, two = hand_eye(poses), robot_world(poses)
+    swung = sweep(seed=args.seed)
+    one, two, three = hand_eye(poses), robot_world(poses), moving(swung)
     if args.data:
         args.data.mkdir(parents=True, exist_ok=True)
         one.write(args.data / "hand_eye.json")
         two.write(args.data / "robot_world.json")
+        three.write(args.data / "hand_eye_offset.json")
     print("\n".join(report("A X = X B", one, one.solve(rel_precision=1e-9), poses)))
     print("\n".join(report("A X = Y B", two, two.solve(rel_precision=1e-9), poses)))
+    moved = three.solve(rel_precision=1e-9)
+    print("\n".join(report("A(t + offset) X = Y B", three, moved, swung)))
     if args.plot:
         print("wrote", plot(poses, two, args.plot))
 

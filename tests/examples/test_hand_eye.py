@@ -90,10 +90,42 @@ def test_turns_about_one_axis_leave_two_directions_free() -> None:
     ]
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_hand_in_motion_finds_the_offset_of_the_clocks(seed: int) -> None:
+    module = script("hand_eye")
+    poses = module.sweep(seconds=12.0, seed=seed)
+    model = module.moving(poses)
+    start = float(model.offset.value)
+    result = model.solve(rel_precision=1e-9)
+    assert abs(start - poses.offset) < 0.01
+    off = [module.error(getattr(model, n).matrix, t) for n, t in (("X", poses.x), ("Y", poses.y))]
+    off = np.array([*off[0], *off[1], poses.offset - float(model.offset.value)])
+    covariance = model.covariance().marginal(["X", "Y", "offset"])
+    assert off @ np.linalg.solve(covariance, off) < chi2.ppf(0.999, 13)
+    freedom = 6 * len(poses.shot) - 13
+    assert chi2.ppf(0.001, freedom) < result.end_cost < chi2.ppf(0.999, freedom)
+
+
+def test_a_wrong_clock_costs_much() -> None:
+    """The residuals of a hand in motion are those of poses at the right times."""
+    module = script("hand_eye")
+    poses = module.sweep(seconds=12.0)
+    model = module.moving(poses)
+    model.X, model.Y = (
+        [*t[:3, 3], *module.quat_from_matrix(t[:3, :3])] for t in (poses.x, poses.y)
+    )
+    model.offset = poses.offset
+    right = model.cost()
+    freedom = 6 * len(poses.shot)
+    assert chi2.ppf(0.001, freedom) < right < chi2.ppf(0.999, freedom)
+    model.offset = poses.offset + 0.01
+    assert model.cost() > 5 * right
+
+
 def test_command_line(tmp_path: Path, monkeypatch, capsys) -> None:
     text = printed("hand_eye", ["--data", str(tmp_path)], monkeypatch, capsys)
     assert "A X = Y B: converged, cost 148.6 of 180 residuals" in text
-    for name in ("hand_eye", "robot_world"):
+    for name in ("hand_eye", "robot_world", "hand_eye_offset"):
         model, data = EXAMPLES / "hand_eye" / f"{name}.arael", tmp_path / f"{name}.json"
         assert run(["solve", "--interpret", str(model), str(data)]) == 0
         shown = capsys.readouterr().out
