@@ -496,6 +496,7 @@ class Model(Displayed, Fields):
 
         problem = self._problem()
         usual = [str(x) for x in (scale, gauge)] == ["known", "fixed"]
+        usual = usual and not problem.layout.required
         return Covariance(problem, scale, gauge, session_factor(self, problem) if usual else None)
 
     def report(self, scale: str = "known") -> Report:

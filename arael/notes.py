@@ -122,6 +122,7 @@ def _underdetermined(problem: Problem) -> list[Note]:
     residuals = sum(
         len(active) * group.residuals
         for active, group in zip(structure.active, problem.layout.groups, strict=True)
+        if group.require != "at_least"
     )
     if residuals >= unknowns:
         return []
@@ -189,7 +190,7 @@ def extent_of(problem: Problem) -> tuple[int, ...]:
 def has_symmetries(problem: Problem) -> bool:
     """Whether the cost of a problem of full rank may be free to turn, shift or scale."""
     layout, system = problem.layout, problem.structure.system
-    if all(group.residuals == 1 for group in layout.groups):
+    if layout.required or all(group.residuals == 1 for group in layout.groups):
         return False
     # imported here: start-up time
     from arael.analysis.symmetries import symmetries
@@ -207,6 +208,11 @@ def _growth(problem: Problem, solver: LinearSolver, damping: float) -> int | Non
     if solver.plan.get("solver") == "schur_pcg":
         return None
     values = np.asarray(problem.evaluation.linearised()[2])
+    if problem.layout.required:
+        # imported here: start-up time
+        from arael.runtime.constrained.active import add_acting
+
+        values = add_acting(problem, values)
     diagonal = np.array(values[problem.diagonal_at], dtype=np.float64)
     diagonal[problem.structure.system.held] = 1
     single = problem.layout.precision == "f32"

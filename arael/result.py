@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from arael.analysis.sensitivities import Sensitivity
     from arael.analysis.verdict import Verdict
     from arael.notes import Note
+    from arael.runtime.constrained.required import Required
     from arael.runtime.levenberg.outcomes import Components
 
 
@@ -57,6 +58,8 @@ class Result(Displayed):
         best state so far.
         Where connected components were solved separately, ``converged`` if all are solved, else the
         worst of their statuses; see `components`.
+        ``infeasible``: what is required (`require`, bounds) cannot hold together, as far as a
+        search from the start shows; `conflict` names a minimal set.
     start_cost, end_cost : sums of squared residuals; of a schedule, at its very start and end
     iterations : attempts, including rejected ones
         If components are solved separately, attempts of the whole solve: at least the largest
@@ -86,6 +89,7 @@ class Result(Displayed):
     noise_floor : rounding noise of the cost at the last linearisation, estimated
         From the machine precision, the cost and the terms of the residuals. Smaller changes of the
         cost are not significant.
+    required : values, multipliers and violation of what is required, by label; None without any
     frozen : paths of parameters that the pass froze, or `freeze` did: ``poses.ea``
     components : status of each connected component of the problem
         A table `arael.runtime.levenberg.outcomes.Components`; None if the problem has only one,
@@ -110,6 +114,7 @@ class Result(Displayed):
     components: Components | None = None
     frozen: tuple[str, ...] = ()
     checks: Any = field(default=None, repr=False, compare=False)
+    required: Required | None = None
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -128,6 +133,30 @@ class Result(Displayed):
     def __getstate__(self) -> dict[str, Any]:
         kept = {k: v for k, v in self.__dict__.items() if k not in ("model", "solution")}
         return {**kept, "checks": self.notes}
+
+    @property
+    def multipliers(self) -> Mapping[str, NDArray[np.float64]]:
+        """What each `require` costs, by label: (n, m) by instance and row, ``1/unit`` of the row.
+
+        By how much the cost would fall, to first order, for each unit by which the right-hand side
+        were relaxed: lowered for ``>=``, raised for ``<=``; zero where an inequality does not act.
+        Of an equality by how much it would fall if the right-hand side were raised.
+        """
+        return {} if self.required is None else self.required.multipliers()
+
+    @property
+    def conflict(self) -> tuple[str, ...]:
+        """Of an infeasible problem, a minimal set of what cannot hold together.
+
+        Instances (``Pose.clearance at poses[3]``) and bounds (``q.x >= 0``). Without any one of
+        them the others can hold, which was tried.
+        """
+        return () if self.required is None else self.required.conflict
+
+    @property
+    def violation(self) -> float:
+        """Largest violation of what is required, relative to the scale of its row."""
+        return 0.0 if self.required is None else self.required.violation
 
     @property
     def cost(self) -> float:
@@ -254,6 +283,8 @@ class Result(Displayed):
             "plan": _plain(self.plan),
             "timing": dict(self.timing),
         }
+        if self.required is not None:
+            found["required"] = self.required.to_dict()
         if self.notes:
             found["notes"] = [one.to_dict() for one in self.notes]
         if self.frozen:
@@ -319,6 +350,8 @@ class Result(Displayed):
             ]
         elif self.components is not None:
             lines.append(f"  {self.components.summary()}")
+        if self.required is not None:
+            lines += [f"  {line}" for line in self.required.sentences(self.cost)]
         lines.append(f"  solver {self.plan}")
         phases = [
             f"{name} {seconds_text(self.timing[name])}"
@@ -369,6 +402,7 @@ def joined(passes: list[Result], name: str) -> Result:
         last.components,
         last.frozen,
         last.checks,
+        last.required,
     )
 
 

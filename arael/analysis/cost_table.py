@@ -15,14 +15,20 @@ class CostTable(Displayed, dict[str, float]):
     ----------
     instances : number of active instances by label; 0: every guard is false, or the list is empty
     residuals : number of residuals by label
+    violations : largest violation by label of what holds exactly (`require`), which costs nothing
     """
 
     def __init__(
-        self, costs: dict[str, float], instances: dict[str, int], residuals: dict[str, int]
+        self,
+        costs: dict[str, float],
+        instances: dict[str, int],
+        residuals: dict[str, int],
+        violations: dict[str, float] | None = None,
     ) -> None:
         super().__init__(costs)
         self.instances = instances
         self.residuals = residuals
+        self.violations = violations or {}
 
     def rms(self, label: str) -> float:
         """Root mean square of the residuals of a label: near 1 if the sigmas are right."""
@@ -42,6 +48,10 @@ class CostTable(Displayed, dict[str, float]):
             for label, cost in self.items()
         ]
         rows.append(("total", f"{self.total:.6g}", str(sum(self.instances.values())), ""))
+        rows += [
+            (label, "holds" if violation < 1e-6 else f"off by {violation:.3g}", "", "")
+            for label, violation in self.violations.items()
+        ]
         return Sheet("cost by constraint", ("constraint", "cost", "instances", "rms"), rows)
 
     def __str__(self) -> str:
@@ -59,9 +69,16 @@ def cost_table(problem: Problem) -> CostTable:
     costs: dict[str, float] = {}
     instances: dict[str, int] = {}
     residuals: dict[str, int] = {}
+    violations: dict[str, float] = {}
     for number, group in enumerate(problem.layout.groups):
+        if group.require:
+            rows = problem.evaluation.group_rows(number)[0]
+            off = abs(rows) if group.require == "equal" else -rows
+            worst = max(0.0, float(off.max(initial=0.0)))
+            violations[group.label] = max(violations.get(group.label, 0.0), worst)
+            continue
         costs[group.label] = costs.get(group.label, 0.0) + problem.evaluation.group_cost(number)
         count = int(problem.evaluation.acting(number).sum())
         instances[group.label] = instances.get(group.label, 0) + count
         residuals[group.label] = residuals.get(group.label, 0) + count * group.residuals
-    return CostTable(costs, instances, residuals)
+    return CostTable(costs, instances, residuals, violations)

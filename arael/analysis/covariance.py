@@ -28,6 +28,7 @@ from arael.display.displayed import Displayed
 from arael.display.measured import measured
 from arael.display.sheet import Sheet
 from arael.geometry import ellipsoid
+from arael.runtime.constrained.active import acting_rows
 from arael.runtime.linear.compiled import SparseSolver
 from arael.runtime.linear.selected import SelectedInverse
 from arael.runtime.problem import Problem
@@ -144,6 +145,11 @@ class Covariance(Displayed):
         check_scale(scale)
         if not isinstance(gauge, str) or gauge not in GAUGES:
             raise wrong_argument("covariance", "gauge", '"fixed" or "free"', gauge)
+        if problem.layout.required and gauge == "free":
+            raise wrong_argument(
+                "covariance", "gauge", '"fixed" in a model with `require`', gauge,
+                "fix as many coordinates as there are free directions",
+            )  # fmt: skip
         self._problem = problem
         self._columns: dict[int, Floats] = {}
         self._datum: Datum | None = None
@@ -158,6 +164,8 @@ class Covariance(Displayed):
         else:
             refuse_free_directions(self._equations)
             self._solver = self._equations.solver
+            if problem.layout.required:
+                self._datum = self._on_surface()
         if scale != "known":
             self.factor = residual_variance(problem, len(self.names) - len(self.free_directions))
 
@@ -201,6 +209,23 @@ class Covariance(Displayed):
         self._moves[held] = 0
         self._solver = equations.factorised(held)
         self._datum = Datum.inner(self._base, null, others)
+
+    def _on_surface(self) -> Datum:
+        """What the rows that act take from the covariance of the sparse system.
+
+        With A of these rows and the covariance C of the system, whose matrix contains their
+        squares, ``C - C A' (A C A')^+ C A``: that on the surface of the rows (J. Nocedal, S.
+        Wright, "Numerical Optimization", 2nd ed., 2006, (16.16)). It does not depend on the
+        weights of the squares. Dependent rows count once.
+        """
+        equations = self._equations
+        matrix = acting_rows(self._problem, bounds=False).matrix()[:, equations.free]
+        spread = self._base(matrix.T)
+        lengths = np.sqrt(np.maximum((matrix.T * spread).sum(axis=0), 1e-300))
+        inner = (matrix @ spread) / lengths[:, None] / lengths[None, :]
+        middle = np.linalg.pinv(inner, rcond=1e-10, hermitian=True)
+        right = spread / lengths
+        return Datum(np.zeros((len(self.names), 0)), -right @ middle, right)
 
     def in_datum(self, where: Where) -> Covariance:
         """The covariance in the datum of some parameters, of one of ``gauge="free"``.
@@ -319,6 +344,13 @@ class Covariance(Displayed):
         uncertainty of `a` that is due to `given`.
         """
         mine = self._scalars(a)
+        if given is None and self._problem.layout.required:
+            every = self.matrix
+            rest = np.setdiff1d(np.arange(len(self.names)), mine)
+            back = np.linalg.pinv(every[np.ix_(rest, rest)], hermitian=True)
+            cross = every[np.ix_(mine, rest)]
+            exact: Floats = every[np.ix_(mine, mine)] - cross @ back @ cross.T
+            return exact
         if given is None:
             unit = self._equations.scale[self._equations.free][mine]
             scaled = self._equations.matrix[mine][:, mine].toarray()

@@ -13,6 +13,9 @@ from arael.analysis.freedom import FreeDirections
 from arael.analysis.jacobian import Jacobian, jacobian
 from arael.analysis.normal import NormalEquations
 from arael.diagnostics.records import Diagnostic
+from arael.runtime.constrained.active import acting_rows
+from arael.runtime.constrained.limits import Limits
+from arael.runtime.constrained.states import States
 from arael.runtime.failures import listed
 from arael.runtime.levenberg.diagnosis import non_finite
 from arael.runtime.problem import Problem
@@ -20,8 +23,9 @@ from arael.runtime.problem import Problem
 Floats = NDArray[np.float64]
 
 Topic = Literal[
-    "non-finite", "inactive", "dominant", "outlier", "untouched", "free", "not-minimal", "stiff"
-]
+    "non-finite", "inactive", "dominant", "outlier", "untouched", "free", "not-minimal", "stiff",
+    "violated",
+]  # fmt: skip
 
 _DOMINANT = 0.9
 _OUTLIER = 0.1
@@ -230,6 +234,9 @@ def _linearised(
     """Findings from gradient and Hessian, if they are finite."""
     findings: list[Finding] = []
     gradient = 2 * (rows.matrix.T @ rows.residuals)
+    if problem.layout.required:
+        gradient = 2 * acting_rows(problem).gradient[problem.free]
+        findings += _violated(problem)
     lengths = rows.sensitivities()
     loose = np.flatnonzero(lengths == 0)
     if len(loose):
@@ -293,6 +300,27 @@ def _linearised(
         "free": free,
     }
     return known, findings
+
+
+def _violated(problem: Problem) -> list[Finding]:
+    """Rows that hold exactly at a solution, and do not here."""
+    limits = Limits(problem)
+    values, entries = limits.evaluate()
+    sizes = np.maximum(States(problem).sizes(), 1e-6)
+    off = limits.violations(values)
+    off = off / np.maximum(limits.lengths(entries, sizes), 1e-300)
+    at = np.flatnonzero(off > 1e-6)
+    if not len(at):
+        return []
+    names = list(dict.fromkeys(limits.name(int(k)) for k in at[np.argsort(-off[at])]))
+    return [
+        Finding(
+            "violated",
+            f"{listed(names)} {'does' if len(names) == 1 else 'do'} not hold",
+            "this is normal before a solve; after it, `result.conflict` names what cannot hold "
+            "together",
+        )
+    ]
 
 
 def _decrement(equations: NormalEquations, gradient: Floats) -> float:

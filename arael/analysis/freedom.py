@@ -79,6 +79,8 @@ class FreeDirections(list[FreeDirection]):
         basis = equations.smallest()[1] if basis is None else basis
         self._model = equations.problem.layout.name
         self.parameters = len(equations.free)
+        # Derivatives of the cost alone say nothing where rows hold exactly: along these it is least.
+        second_order = second_order and not equations.problem.layout.required
         super().__init__(_described(equations, basis, second_order))
         self.rank = self.parameters - len(self)
 
@@ -138,7 +140,9 @@ def _described(
 ) -> list[FreeDirection]:
     """Name each direction of the free space `basis` (n, f), orthonormal in scaled units."""
     scale = equations.scale[equations.free]
-    found, known = _symmetric(equations, basis, scale)
+    found, known = [], np.zeros((len(scale), 0))
+    if not equations.problem.layout.required:
+        found, known = _symmetric(equations, basis, scale)
     rest = _beyond(basis, known)
     moves = rest * scale[:, None]
     left = np.eye(rest.shape[1])

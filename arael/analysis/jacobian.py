@@ -250,12 +250,15 @@ def jacobian(problem: Problem) -> Jacobian:
     plan = problem.structure.plan
     column_of = np.full(problem.size + plan.trash, -1, dtype=np.int64)
     column_of[free] = np.arange(len(free))
-    labels = list(dict.fromkeys(group.label for group in problem.layout.groups))
+    labels = list(dict.fromkeys(g.label for g in problem.layout.groups if not g.require))
     residuals, constraint, label_of = [], [], []
     rows, columns, values = [], [], []
     first_row = first_instance = 0
     for number, group in enumerate(problem.layout.groups):
         acting = np.flatnonzero(problem.evaluation.acting(number))
+        if group.require:  # no part of the cost
+            first_instance += len(plan.active[number])
+            continue
         n, m = len(acting), group.residuals
         found, entries = problem.evaluation.group_rows(number)
         found, entries = found[acting], entries[acting]

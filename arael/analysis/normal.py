@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from arael.analysis.bounds import standing_on_bounds
 from arael.analysis.jacobian import jacobian
 from arael.diagnostics.records import Diagnostic
+from arael.runtime.constrained.active import acting_rows, add_acting
 from arael.runtime.assembly.positions import coordinates
 from arael.runtime.failures import SolveError
 from arael.runtime.linear.compiled import SparseSolver
@@ -56,6 +57,8 @@ class NormalEquations:
         pattern = problem.structure.pattern
         self._row, self._column = coordinates(pattern)
         values = _hessian_values(problem, self._row, self._column)
+        # What rows that hold exactly determine is not free; see `Covariance` for what it is worth.
+        values = add_acting(problem, values)
         lower = self._row >= self._column
         if not np.isfinite(values[lower]).all():
             raise SolveError(
@@ -71,7 +74,11 @@ class NormalEquations:
         diagonal[self._row[at]] = values[at]
         diagonal[problem.structure.system.held] = 1
         if hold_bounds and problem.box.count:
-            gradient = np.asarray(problem.evaluation.linearised()[1], dtype=np.float64)
+            gradient = (
+                acting_rows(problem).gradient
+                if problem.layout.required
+                else np.asarray(problem.evaluation.linearised()[1], dtype=np.float64)
+            )
             self._hold(standing_on_bounds(problem, gradient, diagonal), values, diagonal)
         self._unit = (diagonal > 0).astype(np.float64)
         self.scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))

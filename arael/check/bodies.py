@@ -15,6 +15,7 @@ from arael.check.paths import Paths
 from arael.check.places import Place
 from arael.check.priors import prior_residual
 from arael.check.report import Reporter
+from arael.check.requirements import Requirement, check_guard, requirement_of
 from arael.check.residual_rows import check_parameters, check_rows, residual_of
 from arael.check.scope import BodyScope
 from arael.check.typed import BOOL, Apply, ConstraintSite, Typed
@@ -90,6 +91,7 @@ class Bodies:
         before = len(self.report.findings.errors)
         t = self._typist(home, entity, lets)
         sigma: Typed | None = None
+        required: Requirement | None = None
         with t.knowing(self._facts(home)):
             guard = self._guard(t, home, node.guard)
             facts = facts_of(guard, t.slots.steps)[0] if guard is not None else frozenset()
@@ -99,6 +101,11 @@ class Bodies:
                     found = prior_residual(t, node)
                     residual = None if found is None else [found[0]]
                     sigma = None if found is None else found[1]
+                elif isinstance(node, tree.Require):
+                    self._lets(t, node.body, lets)
+                    required = requirement_of(t, node)
+                    good = check_guard(t, node, guard) and required is not None
+                    residual = [*required.rows] if good and required is not None else None
                 else:
                     self._lets(t, node.body, lets)
                     residual = residual_of(t, node.body.result)
@@ -119,9 +126,10 @@ class Bodies:
         read = [*residual, *([] if loss is None else [loss.value])]
         if not check_rows(t, guard, read):
             return None
-        if not isinstance(node, tree.Prior) and not check_parameters(t, node, residual):
-            return None
-        residual_units(t, residual)
+        if required is None:
+            if not isinstance(node, tree.Prior) and not check_parameters(t, node, residual):
+                return None
+            residual_units(t, residual)
         place = home.place
         return ConstraintSite(
             label=label,
@@ -136,6 +144,9 @@ class Bodies:
             loss=loss,
             sigma=sigma,
             index_column=index_column,
+            require="" if required is None else required.sense,
+            require_text=" ".join(node.body.result.span.text.split()) if required else "",
+            units=() if required is None else required.units,
             doc=node.doc,
         )
 

@@ -362,6 +362,9 @@ class ConstraintSite:
     triplets: str = ""  # field of the root that receives the pairs without a named block
     crossed: tuple[frozenset[tuple[tuple[Step, ...], str]], ...] = ()  # pairs with named blocks
     index_column: str = ""  # constraint_index column of the struct, if any
+    require: Literal["", "equal", "at_least"] = ""  # rows hold: zero, or not negative
+    require_text: str = ""  # the comparison as written
+    units: tuple[str, ...] = ()  # of each row that holds
     doc: str = ""
 
 

@@ -33,7 +33,7 @@ _GIVES = {
 }
 
 _SUMS = {"add": "add", "sub": "subtract", "lt": "compare", "le": "compare", "gt": "compare"}
-_SUMS |= {"ge": "compare", "eq": "compare", "ne": "compare"}
+_SUMS |= {"ge": "compare", "eq": "compare", "ne": "compare", "require": "compare"}
 _WORDS = {"add": "to", "subtract": "from", "compare": "with"}
 
 

@@ -263,7 +263,7 @@ OF_OPERATIONS: dict[str, Rule] = {
 RULES: dict[str, Rule] = {
     **{one.name: OF_OPERATIONS[one.units] for one in OPERATIONS.values() if one.units},
     **dict.fromkeys(("transpose", "row", "column", "conj", "vee", "trace"), _same),
-    **dict.fromkeys(("gt", "ge"), _compare),
+    **dict.fromkeys(("gt", "ge", "require"), _compare),
     **dict.fromkeys(("identity2", "identity3"), lambda node, args: NUMBER),
     "emul": _by_element(1),
     "ediv": _by_element(-1),

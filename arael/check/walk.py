@@ -74,6 +74,8 @@ def _parts(node: tree.Expr | tree.Slice) -> tuple[tree.Expr | tree.Slice, ...]:
             return (node.operand,)
         case tree.Binary():
             return (node.left, node.right)
+        case tree.Chain():
+            return (node.low, node.middle, node.high)
         case tree.Conditional():
             return (node.cond, node.then, node.otherwise)
         case tree.ListExpr():

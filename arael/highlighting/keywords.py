@@ -20,6 +20,7 @@ MEMBERS = {
     "param": "param NAME: TYPE [UNIT] in LOW .. HIGH = DEFAULT; or param NAME = FORMULA",
     "skip": "skip NAME: TYPE: stored, never read",
     "constraint": "constraint NAME when GUARD loss KERNEL { let ...; RESIDUAL }",
+    "require": "require NAME when GUARD { let ...; LEFT == RIGHT }; also <=, >=, LOW <= X <= HIGH",
     "prior": "prior NAME ~ normal(MEAN, SIGMA)",
     "fixed": "fixed NAME, NAME.x: parameters that no solve changes",
     "fit": "fit COLLECTION as ELEMENT { RESIDUAL }",
@@ -83,6 +84,6 @@ KEYWORDS = {**FORMULAS, **PASSES, **TYPES, **CLAUSES, **MEMBERS, **ITEMS}
 NAMES = frozenset(
     {"list", "deque", "arena", "block", "triplets", "key", "loss", "into", "fit", "pass", "prior"}
     | {"fixed", "solve", "marginalize", "skip", "skip_self_block", "freeze", "free", "symbolic"}
-    | {"compute", "update", "derivs"}
+    | {"compute", "update", "derivs", "require"}
 )
 """Words that are names everywhere but at their own place."""

@@ -88,7 +88,7 @@ def _guarded(document: Document, finding: Diagnostic, title: str, clause: str) -
     """``add `when x` to the constraint``: behind its name, or joined with its guard by `and`."""
     assert finding.span is not None
     at = document.before(finding.span.start)
-    while at >= 0 and document.tokens[at].type not in ("CONSTRAINT", "FIT"):
+    while at >= 0 and document.tokens[at].type not in ("CONSTRAINT", "REQUIRE", "FIT"):
         at -= 1
     opening = at
     while opening < len(document.tokens) and document.tokens[opening].type != "LBRACE":

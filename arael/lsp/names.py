@@ -161,9 +161,10 @@ def _struct(item: tree.Struct) -> StructNames:
                 )  # fmt: skip
                 found.members.setdefault(symbol.name, symbol)
             case tree.Constraint():
+                word = "require" if isinstance(member, tree.Require) else "constraint"
                 symbol = Symbol(
                     "constraint", member.name.id, member.name.span, owner,
-                    f"constraint {owner}.{member.name.id}", member.doc,
+                    f"{word} {owner}.{member.name.id}", member.doc,
                 )  # fmt: skip
                 found.constraints.setdefault(symbol.name, symbol)
             case tree.Fit():

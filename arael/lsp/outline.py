@@ -170,8 +170,8 @@ class _Outline:
             return Scope("formula" if head == "CONST" else "file")
         if frame.where != "members":
             return Scope(frame.where, frame.struct, frame.member, names)
-        if head in ("CONSTRAINT", "FIT", "PRIOR"):
-            member = self._name() if head == "CONSTRAINT" else ""
+        if head in ("CONSTRAINT", "REQUIRE", "FIT", "PRIOR"):
+            member = self._name() if head in ("CONSTRAINT", "REQUIRE") else ""
             return Scope("clauses", frame.struct, member, names)
         if head in ("SYMBOLIC", "COMPUTE") or self.equal:
             return Scope("formula", frame.struct)
@@ -182,8 +182,8 @@ class _Outline:
         head, names = self.head, (*frame.names, *self.own)
         if head in ("STRUCT", "ROOT", "COMPONENT"):
             return _Frame("members", self._name())
-        if head in ("CONSTRAINT", "FIT"):
-            return _Frame("body", frame.struct, self._name() * (head == "CONSTRAINT"), names)
+        if head in ("CONSTRAINT", "REQUIRE", "FIT"):
+            return _Frame("body", frame.struct, self._name() * (head != "FIT"), names)
         if head in _BLOCKS:
             return _Frame(_BLOCKS[head], frame.struct, self._name(), names)
         return _Frame("body", frame.struct, frame.member, names)  # within a formula, as of a sum

@@ -487,6 +487,9 @@ class Group(msgspec.Struct, frozen=True, dict=True):
 
     `arguments` is a tape over the same inputs; its outputs are the arguments of `look_ups`.
 
+    With `require` the residuals add nothing to the cost: they are zero at a solution, or not
+    negative.
+
     `sigma` is over `sigma_raw` alone: standard deviations of a prior, which must be positive.
 
     With `row_sums` the group is for instances whose lists are empty. The others are in groups that
@@ -530,6 +533,9 @@ class Group(msgspec.Struct, frozen=True, dict=True):
     case_of: int = -1
     operations_before: int = 0
     operations_after: int = 0
+    require: Literal["", "equal", "at_least"] = ""  # residuals hold: are zero, or not negative
+    require_text: str = ""  # the comparison, as written
+    units: tuple[str, ...] = ()  # of the residuals that hold; "" where there is none
     workspace: int = 0  # columns of lanes that a kernel in parts keeps; 0: it is in one piece
     doc: str = ""
 
@@ -726,6 +732,11 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
     def robust(self) -> bool:
         """Whether a constraint has a loss."""
         return any(group.loss_text for group in self.groups)
+
+    @cached_property
+    def required(self) -> tuple[int, ...]:
+        """Numbers of the groups whose residuals hold exactly."""
+        return tuple(n for n, group in enumerate(self.groups) if group.require)
 
     @cached_property
     def coupled(self) -> tuple[NDArray[np.uint8], ...]:

@@ -23,6 +23,7 @@ from arael.runtime.problem import Problem
 from arael.runtime.store.access import Array
 
 if TYPE_CHECKING:
+    from arael.runtime.constrained.required import Required
     from arael.runtime.levenberg.compiled import InnerSteps
 
 
@@ -39,6 +40,7 @@ class Outcome:
     information : (n,) diagonal of J'J at the last linearisation, and (n,) the largest one in the
         solve, where a constraint has a loss
     undamped : whether the linear solver has a factor, with the damping of the last attempt
+    required : what became of the rows that hold exactly; None if there are none
     """
 
     x: Array
@@ -57,6 +59,7 @@ class Outcome:
     components: Components | None = None
     information: tuple[Array, Array] | None = None
     undamped: bool = False
+    required: Required | None = None
 
 
 def minimise(
@@ -80,6 +83,11 @@ def minimise(
     config = _suited(config, solver)
     if write is None and config.verbose:
         write = to_stderr
+    if problem.layout.required:
+        # Imported here for start-up time: most models have no rows that hold exactly.
+        from arael.runtime.constrained.solve import minimise_exactly
+
+        return minimise_exactly(problem, config, solver, write, analysis_seconds)
     began = time.perf_counter()
     threads = threads_for(config.num_threads)
     problem.evaluation.threads = threads

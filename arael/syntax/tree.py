@@ -155,6 +155,17 @@ class Sum(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Chain(Node):
+    """``low <= middle <= high``, as `require` takes it."""
+
+    low: Expr
+    first: str
+    middle: Expr
+    second: str
+    high: Expr
+
+
+@dataclass(frozen=True, kw_only=True)
 class Lambda(Node):
     """``|s| expr``, as `loss` takes it."""
 
@@ -176,6 +187,7 @@ Expr = (
     | Conditional
     | ListExpr
     | Sum
+    | Chain
     | Lambda
 )
 
@@ -326,6 +338,11 @@ class Constraint(Node):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Require(Constraint):
+    """``require name when guard { comparison }``: the comparison holds exactly."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Fit(Node):
     """``fit data as e { residual }`` of a root; may take the clauses of a constraint."""
 
@@ -438,6 +455,7 @@ Member = (
     Field
     | Tie
     | Constraint
+    | Require
     | Prior
     | Fixed
     | Fit

@@ -17,18 +17,18 @@ STARTERS = ITEM_WORDS | MEMBER_WORDS | {"LET"}
 SOFT_WORDS = frozenset({
     "LIST", "DEQUE", "ARENA", "BLOCK", "TRIPLETS", "KEY", "LOSS", "INTO", "FIT", "PASS", "SOLVE",
     "MARGINALIZE", "SKIP", "SKIP_SELF_BLOCK", "FREEZE", "FREE", "SYMBOLIC", "COMPUTE", "UPDATE",
-    "DERIVS",
+    "DERIVS", "REQUIRE",
 })  # fmt: skip
 NAMES = SOFT_WORDS | {"NAME"}
 
 # Words whose tokens stay on the stack while their construct is read.
 _CONSTRUCTS = frozenset({
-    "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "FIT", "SOLVE", "PASS", "UPDATE", "FN", "CONST",
-    "IMPORT", "LET", "WHEN", "LOSS", "INTO", "KEY", "PARAM", "SKIP", "MARGINALIZE", "FREEZE",
+    "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "REQUIRE", "FIT", "SOLVE", "PASS", "UPDATE",
+    "FN", "CONST", "IMPORT", "LET", "WHEN", "LOSS", "INTO", "KEY", "PARAM", "SKIP", "MARGINALIZE", "FREEZE",
     "FREE", "SYMBOLIC", "COMPUTE", "DERIVS", "REF", "BLOCK", "IF",
 })  # fmt: skip
 _BLOCK_HEADS = frozenset({
-    "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "FIT", "SOLVE", "PASS", "UPDATE",
+    "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "REQUIRE", "FIT", "SOLVE", "PASS", "UPDATE",
 })  # fmt: skip
 
 
@@ -174,7 +174,7 @@ class Trouble:
     def in_body(self) -> bool:
         """Return whether the innermost braces are those of a constraint."""
         block = self.block()
-        return block is not None and block.type in ("CONSTRAINT", "FIT")
+        return block is not None and block.type in ("CONSTRAINT", "REQUIRE", "FIT")
 
     @property
     def wants_operand(self) -> bool:

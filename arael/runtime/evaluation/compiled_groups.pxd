@@ -26,6 +26,7 @@ cdef struct Compiled:
     Py_ssize_t data              # columns of its data
     Py_ssize_t look_ups
     Table* tables                # [look_ups] that its instances look up in
+    bint required                # whether its residuals hold, and add nothing to the cost
 
 
 cdef class CompiledGroups:
@@ -48,6 +49,8 @@ cdef class CompiledGroups:
     # them, look-ups are made at the states of the lanes.
     # Whether threads may run it side by side.
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil
+    # Whether its residuals hold, so that they are no part of the cost.
+    cdef bint required(self, Py_ssize_t g) noexcept nogil
     # The sum of squared residuals; with `costs`, those of each instance instead, see `Kernel.cost`.
     cdef double cost(self, Py_ssize_t g, const Lanes* lanes, double* costs) noexcept nogil
     cdef double linearise(

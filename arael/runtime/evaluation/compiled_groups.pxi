@@ -162,10 +162,14 @@ cdef class CompiledGroups:
                 one.kernel, one.width = &table.groups[<Py_ssize_t>g], table.lanes
             else:
                 raise ValueError(f"`{layout.groups[g].label}` has neither kernel nor program")
-            one.free = not layout.groups[g].calls_natives
+            one.required = bool(layout.groups[g].require)
+            one.free = not (layout.groups[g].calls_natives or one.required)
         self.widths = [self._groups[g].width for g in range(len(programs))]
         self.free = [self.sharable(g) for g in range(len(programs))]
-        self.stores = [self._groups[g].kernel != NULL for g in range(len(programs))]
+        self.stores = [
+            self._groups[g].kernel != NULL and not self._groups[g].required
+            for g in range(len(programs))
+        ]
 
     def __dealloc__(self):
         cdef Py_ssize_t g
@@ -212,6 +216,9 @@ cdef class CompiledGroups:
 
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil:
         return self._groups[g].free
+
+    cdef bint required(self, Py_ssize_t g) noexcept nogil:
+        return self._groups[g].required
 
     cdef double cost(self, Py_ssize_t g, const Lanes* lanes, double* costs) noexcept nogil:
         cdef Compiled* one = &self._groups[g]

@@ -171,7 +171,9 @@ cdef class Evaluation(Groups):
         return total
 
     cdef bint _whole(self, Py_ssize_t g) noexcept nogil:
-        """Whether a group is in no share."""
+        """Whether a group of the cost is in no share."""
+        if self.compiled.required(g):
+            return False
         return self.shares == 1 or not self.compiled.sharable(g)
 
     # --- one share of those that threads may run -----------------------------------------------

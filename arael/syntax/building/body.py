@@ -21,6 +21,7 @@ class Words:
 
 CONSTRAINT = Words("constraint", "residual")
 SUM = Words("sum", "term")
+REQUIRE = Words("require", "comparison")
 
 
 def check_body(parts: list[Any], span: Span, log: ErrorLog, words: Words = CONSTRAINT) -> tree.Body:

@@ -52,6 +52,13 @@ class ExpressionBuilder(Builder):
         node = tree.Binary(span=span, op=op.text, left=left, right=right)
         return self._measured(node, left, right)
 
+    def _make_chained(self, parts: list[Any], span: Span) -> tree.Expr:
+        low, first, middle, second, high = parts
+        node = tree.Chain(
+            span=span, low=low, first=first.text, middle=middle, second=second.text, high=high
+        )
+        return self._measured(node, low, middle, high)
+
     def _make_unary(self, parts: list[Any], span: Span) -> tree.Expr:
         op, operand = parts
         node = tree.Unary(span=span, op=op.text, operand=operand)

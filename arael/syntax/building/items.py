@@ -38,6 +38,7 @@ _PLACES: dict[str, tuple[type, ...]] = {
 _MEMBER_WORDS: dict[type, str] = {
     tree.Tie: "param",
     tree.Constraint: "constraint",
+    tree.Require: "require",
     tree.Prior: "prior",
     tree.Fixed: "fixed",
     tree.Fit: "fit",

@@ -7,7 +7,7 @@ from typing import Any
 from arael.diagnostics.records import Span
 from arael.syntax import tree
 from arael.syntax.building.base import Builder
-from arael.syntax.building.body import SUM, check_body
+from arael.syntax.building.body import REQUIRE, SUM, check_body
 from arael.syntax.tokens import Token
 
 
@@ -53,6 +53,26 @@ class MemberBuilder(Builder):
             loss=clauses.get("loss"),
             into=clauses.get("into", ()),
             doc=self._docs.of(span),
+        )
+
+    def _make_require(self, parts: list[Any], span: Span) -> tree.Require:
+        name, clauses, body = parts
+        for word, reason in (
+            ("loss", "it adds nothing to the cost: it holds, or the problem is infeasible"),
+            ("into", "it adds to no block of the Hessian"),
+        ):
+            if word in clauses:
+                where = clauses[word][0].span if word == "into" else clauses[word].span
+                self._log.error(
+                    "E0141",
+                    f"`require` takes no `{word}`",
+                    where.start,
+                    where.end,
+                    reason,
+                    help=f"delete the clause, or write a `constraint` to have a `{word}`",
+                )
+        return tree.Require(
+            span=span, name=name, body=body, guard=clauses.get("when"), doc=self._docs.of(span)
         )
 
     def _make_prior(self, parts: list[Any], span: Span) -> tree.Prior:
@@ -144,6 +164,9 @@ class MemberBuilder(Builder):
 
     def _make_body(self, parts: list[Any], span: Span) -> tree.Body:
         return check_body(parts, span, self._log)
+
+    def _make_require_body(self, parts: list[Any], span: Span) -> tree.Body:
+        return check_body(parts, span, self._log, REQUIRE)
 
     def _make_sum_body(self, parts: list[Any], span: Span) -> tree.Body:
         return check_body(parts, span, self._log, SUM)

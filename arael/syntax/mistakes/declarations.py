@@ -9,7 +9,7 @@ from arael.syntax.trouble import NAMES, Trouble
 # What a word declares, where a name must follow it.
 _NAMED = {
     "struct": "struct", "root": "root", "component": "component", "constraint": "constraint",
-    "param": "parameter", "let": "value", "const": "constant", "fn": "function", "pass": "pass",
+    "require": "require", "param": "parameter", "let": "value", "const": "constant", "fn": "function", "pass": "pass",
     "symbolic": "value", "compute": "value", "as": "element", "key": "field",
 }  # fmt: skip
 _EXAMPLES = {"constraint": "constraint drift { ... }", "struct": "struct Pose { ... }"}
@@ -26,9 +26,9 @@ _OTHER_ITEMS = {
     "function": "fn",
     "include": "import",
 }
-_ONLY_MEMBERS = {"PARAM", "CONSTRAINT", "FIT", "SOLVE", "KEY", "MARGINALIZE", "UPDATE"}
+_ONLY_MEMBERS = {"PARAM", "CONSTRAINT", "REQUIRE", "FIT", "SOLVE", "KEY", "MARGINALIZE", "UPDATE"}
 _WITH_BRACES = (
-    "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "FIT", "SOLVE", "PASS", "UPDATE",
+    "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "REQUIRE", "FIT", "SOLVE", "PASS", "UPDATE",
 )  # fmt: skip
 
 
@@ -153,7 +153,7 @@ def clause(t: Trouble) -> bool:
         or t.wants_operand
         or t.begins_line
         or construct is None
-        or construct.type not in ("CONSTRAINT", "FIT", "WHEN", "LOSS", "INTO")
+        or construct.type not in ("CONSTRAINT", "REQUIRE", "FIT", "WHEN", "LOSS", "INTO")
     ):
         return False
     word = t.token

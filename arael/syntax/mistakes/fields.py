@@ -7,7 +7,7 @@ from arael.syntax.tokens import NEWLINE
 from arael.syntax.trouble import Trouble
 
 _MEMBERS = (
-    "param", "skip", "constraint", "prior", "fixed", "fit", "key", "marginalize", "solve",
+    "param", "skip", "constraint", "require", "prior", "fixed", "fit", "key", "marginalize", "solve",
     "symbolic", "compute", "update",
 )  # fmt: skip
 # Words of papers and other solvers for the members of a struct.

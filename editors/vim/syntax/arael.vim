@@ -10,7 +10,7 @@ syn keyword araelLogic and not or
 syn keyword araelValue false true
 syn keyword araelEntity parent self
 syn keyword araelConstant e epsilon identity2 identity3 pi
-syn match araelKeyword "\<\(arena\|block\|compute\|deque\|derivs\|fit\|fixed\|free\|freeze\|into\|key\|list\|loss\|marginalize\|pass\|prior\|skip\|skip_self_block\|solve\|symbolic\|triplets\|update\)\>\(\s*[:=.,)\]+*/^-]\)\@!"
+syn match araelKeyword "\<\(arena\|block\|compute\|deque\|derivs\|fit\|fixed\|free\|freeze\|into\|key\|list\|loss\|marginalize\|pass\|prior\|require\|skip\|skip_self_block\|solve\|symbolic\|triplets\|update\)\>\(\s*[:=.,)\]+*/^-]\)\@!"
 syn match araelType "\<\(angle\|bool\|constraint_index\|direction\|euler\|int\|mat\|mat2\|mat3\|quat\|quaternion\|real\|rotation\|similarity\|string\|transform\|vec\|vec2\|vec3\)\>\(\s*(\)\@!"
 syn match araelFunction "\<\(abs\|acos\|asin\|atan\|atan2\|cauchy\|cbrt\|ceil\|clamp\|col\|conj\|cos\|cosh\|cross\|dcs\|deg2rad\|det\|digamma\|dot\|erf\|erfc\|euler_angles\|exp\|expm1\|fair\|fast_atan\|fast_atan2\|floor\|geman_mcclure\|heaviside\|huber\|hypot\|identity\|inverse\|lgamma\|log\|log10\|log1p\|log2\|mat3\|matrix\|max\|min\|norm\|norm2\|normal\|perp\|pow\|quaternion\|rad2deg\|rad_diff\|rad_sum\|rotate\|rotation_matrix\|rotation_vector\|round\|row\|safe_acos\|safe_asin\|safe_atan2\|safe_sqrt\|sign\|similarity\|sin\|sinc\|sinh\|skew\|soft_l1\|sqrt\|starship\|starship_gamma\|sum\|tan\|tanh\|trace\|transform\|transpose\|tukey\|unit\|vee\|welsch\)\>\(\s*(\)\@="
 

@@ -1,0 +1,1 @@
+"""Solves with rows that hold exactly: `require` of a model, and bounds."""

@@ -1,0 +1,105 @@
+"""Which rows act at a solution, and how strongly, from the state alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from arael.runtime.constrained.limits import Limits
+from arael.runtime.constrained.rows import Bools, Floats
+from arael.runtime.constrained.states import States
+from arael.runtime.problem import Problem
+
+# A row stands at its limit when it is closer to it than this, relative to its scale.
+AT_LIMIT = 1e-6
+# A multiplier counts from this on, relative to the largest part of the gradient that it balances.
+STRONG = 1e-8
+
+
+@dataclass(frozen=True)
+class Acting:
+    """Rows that hold the solution: equalities, and inequalities with a multiplier.
+
+    Attributes
+    ----------
+    limits : all rows
+    entries : their derivatives
+    strong : (rows,) whether a row acts
+    gradient : (size,) J'r less what the rows of the model balance, bounds excepted
+    """
+
+    limits: Limits
+    entries: Floats
+    strong: Bools
+    gradient: Floats
+
+    def matrix(self) -> Floats:
+        """(acting, size) derivatives of the rows that act, dense."""
+        limits, rows = self.limits, self.limits.rows
+        found = np.zeros((limits.count, limits.problem.size))
+        np.add.at(found, (rows.row, rows.column), self.entries)
+        found[rows.count + np.arange(len(limits.bounded)), limits.bounded] = limits.sign
+        return found[self.strong]
+
+
+def acting_rows(problem: Problem, bounds: bool = True) -> Acting:
+    """The rows that act at the accepted state, which is taken for a solution.
+
+    Multipliers are the non-negative least-squares solution of ``A'y = g`` over the rows that stand
+    at their limits.
+
+    Parameters
+    ----------
+    bounds : whether bounds of parameters are among them
+    """
+    limits = Limits(problem, bounds)
+    values, entries = limits.evaluate()
+    sizes = States(problem).sizes()
+    typical = float(sizes.max(initial=0.0)) or 1.0
+    scale = limits.lengths(entries, np.maximum(sizes, 1e-3 * typical))
+    at_limit = limits.equal | (values <= AT_LIMIT * np.maximum(scale, 1e-300))
+    strong = limits.equal.copy()
+    _, gradient, hessian = problem.evaluation.linearised()
+    gradient = np.array(gradient, dtype=np.float64)
+    if at_limit.any():
+        diagonal = np.asarray(hessian, dtype=np.float64)[problem.diagonal_at]
+        root = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+        matrix = Acting(limits, entries, at_limit, gradient).matrix()
+        y = np.zeros(limits.count)
+        y[at_limit] = _multipliers((matrix / root).T, gradient / root, limits.equal[at_limit])
+        forces = np.abs(y[at_limit]) * np.linalg.norm(matrix / root, axis=1)
+        least = STRONG * max(float(forces.max(initial=0.0)), 1e-300)
+        strong[np.flatnonzero(at_limit)[forces > least]] = True
+        gradient -= limits.rows.transposed(entries, y[: limits.rows.count])
+    return Acting(limits, entries, strong, gradient)
+
+
+def _multipliers(columns: Floats, target: Floats, equal: Bools) -> Floats:
+    # imported here: start-up time
+    from scipy.optimize import lsq_linear
+
+    low = np.where(equal, -np.inf, 0.0)
+    found: Floats = lsq_linear(columns, target, (low, np.inf), tol=1e-14).x
+    return found
+
+
+def add_acting(problem: Problem, values: Floats) -> Floats:
+    """Blocks of J'J, with the squares of the rows that act in its metric: what they hold counts.
+
+    Every row gets the information of the cost along it, so that no scale enters.
+    """
+    if not problem.layout.required:
+        return values
+    acting = acting_rows(problem, bounds=False)
+    limits, entries = acting.limits, acting.entries
+    diagonal = values[problem.diagonal_at]
+    largest = float(diagonal.max(initial=0.0)) or 1.0
+    metric = np.where(diagonal > 1e-12 * largest, diagonal, largest)
+    along = limits.lengths(entries, np.sqrt(metric))
+    lengths = np.where(along > 0, limits.lengths(entries, np.ones(problem.size)), 1.0)
+    weights = np.where(acting.strong, (along / lengths) ** 2 / lengths**2, 0.0)
+    found: Floats = values[: problem.structure.pattern.value_count] + limits.rows.squared(
+        entries, weights
+    )
+    return found

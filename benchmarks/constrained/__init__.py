@@ -1,0 +1,1 @@
+"""Problems with rows that hold exactly, beside CasADi with Ipopt."""
