@@ -177,6 +177,7 @@ class Model(Displayed, Fields):
         coordinates: str = "tangent",
         loss: str | None = None,
         name: str | None = None,
+        kind: str = "cost",
     ) -> CodeResidual:
         """Add residuals that a function evaluates, for all instances at once.
 
@@ -203,6 +204,8 @@ class Model(Displayed, Fields):
             (docs/conventions.md), or ``"ambient"``, its stored scalars
         loss : robust loss of the residuals of an instance, as in a model file: ``"huber(1.5)"``
         name : in cost tables, reports and messages; by default that of the function
+        kind : ``"cost"``: squares are added to the cost. ``"equal"``: all are zero at a solution;
+            ``"at_least"``: none is negative there, as `require` of a model (docs/constraints.md)
 
         Returns
         -------
@@ -227,7 +230,7 @@ class Model(Displayed, Fields):
 
         label = named(function, name, self.residuals)
         code = CodeResidual(
-            self, function, parameters, size, data, jacobian, coordinates, loss, label
+            self, function, parameters, size, data, jacobian, coordinates, loss, label, kind
         )
         return self.residuals.add_code(code)
 

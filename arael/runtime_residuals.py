@@ -26,7 +26,8 @@ def runtime_residual(
 
     Parameters
     ----------
-    text : a formula in arael's language: a scalar, a vector or a list of both, to be minimised.
+    text : a formula in arael's language: a scalar, a vector or a list of both, to be minimised; or
+        what must hold: ``"norm(p - q) == 1"``, ``"0 <= a <= 2"`` (docs/constraints.md).
         Names are those given here, parameters and expressions of other runtime residuals of the
         model, and fields of the model's root (``poses[3].pos.x``).
     label : its name in cost tables, Jacobians and messages

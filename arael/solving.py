@@ -153,7 +153,7 @@ def solve(
             linear, seconds = session.linear(problem, solver, options)
             try:
                 with blas_threads(pass_config.num_threads):
-                    outcome = minimise(problem, pass_config, linear, write, seconds)
+                    outcome = _minimise(problem, pass_config, linear, write, seconds)
             except SolveError as error:
                 if error.best is not None:
                     if isinstance(error, FunctionError):
@@ -175,6 +175,21 @@ def solve(
     found = joined(results, layout.name)
     found.__dict__["model"] = model
     return found
+
+
+def _minimise(
+    problem: Problem,
+    config: LmConfig,
+    solver: LinearSolver,
+    write: Trace | None,
+    seconds: float,
+) -> Outcome:
+    if not problem.layout.required:
+        return minimise(problem, config, solver, write, seconds)
+    # imported here: start-up time; most models have no rows that hold exactly
+    from arael.runtime.constrained.solve import minimise_exactly
+
+    return minimise_exactly(problem, config, solver, write, seconds)
 
 
 def frozen_by(

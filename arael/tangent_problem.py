@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.geometry.charts import chart_derivative
+from arael.runtime.failures import refuse_required
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
@@ -48,6 +49,11 @@ class TangentProblem:
     high: Floats
 
     def __init__(self, problem: Problem) -> None:
+        refuse_required(
+            problem.layout,
+            "a problem for other minimisers",
+            "solve it with `solve`, or write it as a constraint with a small sigma",
+        )
         self._problem = problem
         self._free = problem.free
         self._base = self._stored()

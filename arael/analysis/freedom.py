@@ -79,7 +79,7 @@ class FreeDirections(list[FreeDirection]):
         basis = equations.smallest()[1] if basis is None else basis
         self._model = equations.problem.layout.name
         self.parameters = len(equations.free)
-        # Derivatives of the cost alone say nothing where rows hold exactly: along these it is least.
+        # Derivatives of the cost alone say nothing where rows hold exactly.
         second_order = second_order and not equations.problem.layout.required
         super().__init__(_described(equations, basis, second_order))
         self.rank = self.parameters - len(self)
@@ -140,7 +140,8 @@ def _described(
 ) -> list[FreeDirection]:
     """Name each direction of the free space `basis` (n, f), orthonormal in scaled units."""
     scale = equations.scale[equations.free]
-    found, known = [], np.zeros((len(scale), 0))
+    found: list[FreeDirection] = []
+    known = np.zeros((len(scale), 0))
     if not equations.problem.layout.required:
         found, known = _symmetric(equations, basis, scale)
     rest = _beyond(basis, known)

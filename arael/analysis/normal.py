@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from arael.analysis.bounds import standing_on_bounds
 from arael.analysis.jacobian import jacobian
 from arael.diagnostics.records import Diagnostic
-from arael.runtime.constrained.active import acting_rows, add_acting
 from arael.runtime.assembly.positions import coordinates
+from arael.runtime.constrained.active import acting_rows, add_acting
 from arael.runtime.failures import SolveError
 from arael.runtime.linear.compiled import SparseSolver
 from arael.runtime.problem import Problem

@@ -203,6 +203,7 @@ def _count(problem: Any) -> int:
     return sum(
         int(problem.evaluation.acting(number).sum()) * group.residuals
         for number, group in enumerate(problem.layout.groups)
+        if not group.require
     )
 
 

@@ -103,7 +103,7 @@ class Bodies:
                     sigma = None if found is None else found[1]
                 elif isinstance(node, tree.Require):
                     self._lets(t, node.body, lets)
-                    required = requirement_of(t, node)
+                    required = requirement_of(t, node.body.result)
                     good = check_guard(t, node, guard) and required is not None
                     residual = [*required.rows] if good and required is not None else None
                 else:
@@ -145,7 +145,7 @@ class Bodies:
             sigma=sigma,
             index_column=index_column,
             require="" if required is None else required.sense,
-            require_text=" ".join(node.body.result.span.text.split()) if required else "",
+            require_text=_comparison(node),
             units=() if required is None else required.units,
             doc=node.doc,
         )
@@ -209,6 +209,13 @@ class Bodies:
                 if isinstance(binding, Typed):
                     note = Label(let.name.span, f"`{name}` is {binding.type}")
                     t.origins.setdefault(binding, note)
+
+
+def _comparison(node: tree.Constraint | tree.Fit | tree.Prior) -> str:
+    """The comparison of a `require` as written, on one line."""
+    if not isinstance(node, tree.Require):
+        return ""
+    return " ".join(node.body.result.span.text.split())
 
 
 def fit_names(fits: Sequence[tree.Fit], taken: set[str]) -> list[str]:

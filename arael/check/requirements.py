@@ -44,13 +44,20 @@ class Requirement:
     units: tuple[str, ...]
 
 
-def requirement_of(t: Typist, node: tree.Require) -> Requirement | None:
-    """The rows of a `require`; None after an error."""
-    comparison = node.body.result
+def is_requirement(node: tree.Expr) -> bool:
+    """Whether a formula given at run time states what holds: a comparison with its limit."""
+    return isinstance(node, tree.Chain) or (
+        isinstance(node, tree.Binary) and node.op in ("==", *_ONE_SIDED)
+    )
+
+
+def requirement_of(t: Typist, comparison: tree.Expr) -> Requirement | None:
+    """The rows of a comparison; None after an error."""
     if isinstance(comparison, tree.Chain):
-        return _chained(t, node, comparison)
+        return _chained(t, comparison)
     if not isinstance(comparison, tree.Binary) or comparison.op not in ("==", *_ONE_SIDED):
-        return _no_comparison(t, comparison)
+        _no_comparison(t, comparison)
+        return None
     left, right = t.value(comparison.left), t.value(comparison.right)
     if isinstance(left, Broken) or isinstance(right, Broken):
         return None
@@ -81,10 +88,11 @@ def check_guard(t: Typist, node: tree.Require, guard: Typed | None) -> bool:
     return False
 
 
-def _chained(t: Typist, node: tree.Require, chain: tree.Chain) -> Requirement | None:
+def _chained(t: Typist, chain: tree.Chain) -> Requirement | None:
     for op in (chain.first, chain.second):
         if op in _STRICT:
-            return _strict(t, chain, op)
+            _strict(t, chain, op)
+            return None
     if chain.first != chain.second:
         t.fail(
             "E0680",
@@ -98,7 +106,8 @@ def _chained(t: Typist, node: tree.Require, chain: tree.Chain) -> Requirement | 
     good = [value for value in values if isinstance(value, Typed)]
     if len(good) < len(values):
         return None
-    rows, units = [], []
+    rows: list[Typed] = []
+    units: list[str] = []
     for left, right in ((good[0], good[1]), (good[1], good[2])):
         row = _difference(t, chain, chain.first, left, right)
         if row is None or _never(t, chain, row, False):
@@ -176,8 +185,7 @@ def _never(t: Typist, node: tree.Binary | tree.Chain, row: Typed, equal: bool) -
     assert isinstance(row, Apply)
     least, most = _range(row)
     if most < 0 or (equal and least > 0):
-        _cannot(t, node, "the left side minus the right one is "
-                f"{'positive' if least > 0 else 'negative'} for all values")
+        _cannot(t, node, "the two sides are apart for all values")
         return True
     return False
 
@@ -212,7 +220,8 @@ def _cannot(t: Typist, node: tree.Expr, why: str) -> None:
 
 def _no_comparison(t: Typist, node: tree.Expr) -> None:
     if isinstance(node, tree.Binary) and node.op in _STRICT:
-        return _strict(t, node, node.op)
+        _strict(t, node, node.op)
+        return
     if isinstance(node, tree.Binary) and node.op == "and":
         t.fail(
             "E0680",
@@ -221,15 +230,15 @@ def _no_comparison(t: Typist, node: tree.Expr) -> None:
             label="two are joined here",
             help=["write a `require` for each, or a chain `low <= value <= high`"],
         )
-        return None
+        return
+    unequal = isinstance(node, tree.Binary) and node.op == "!="
     t.fail(
         "E0680",
         node.span,
-        "a `require` states a comparison",
-        label="nothing is compared",
+        "`!=` cannot be required" if unequal else "a `require` states a comparison",
+        label="excludes single values only" if unequal else "nothing is compared",
         help=["write what must hold: `norm(a - b) == 1`, `x >= 0`, `low <= x <= high`"],
     )
-    return None
 
 
 def _strict(t: Typist, node: tree.Expr, op: str) -> None:
@@ -240,4 +249,3 @@ def _strict(t: Typist, node: tree.Expr, op: str) -> None:
         label="a strict comparison",
         help=[f"write `{_STRICT[op]}`; keep a distance from the limit by a number: `x >= 1e-6`"],
     )
-    return None

@@ -179,6 +179,7 @@ def _data(names: Names, table: Table, read: dict[str, int]) -> Array:
 def refuse_rows(kernels: tuple[Kernel, ...]) -> None:
     """Refuse constraints whose program depends on the rows of lists."""
     for kernel in kernels:
+<<<<<<< HEAD
         if kernel.group.look_ups:
             raise AraelError(
                 Diagnostic(
@@ -189,6 +190,18 @@ def refuse_rows(kernels: tuple[Kernel, ...]) -> None:
                     help=(
                         "let the data have the value as a column of its own, or leave the "
                         "constraint out with --constraint",
+=======
+        if kernel.group.require:
+            raise AraelError(
+                Diagnostic(
+                    "E1038",
+                    "exported code cannot take what holds exactly: "
+                    f"`{kernel.group.label}` is a `require`",
+                    origin=kernel.group.where,
+                    help=(
+                        "write it as a constraint with a small sigma, or leave it out with "
+                        "--constraint",
+>>>>>>> 141f7899 (require: rows that hold exactly, in models, at run time and in solves)
                     ),
                 )
             )

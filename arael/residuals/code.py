@@ -41,6 +41,8 @@ class CodeResidual:
     size : residuals of an instance
     coordinates : of the Jacobians
     loss : text of the robust loss, or None
+    kind : ``"cost"``; ``"equal"`` or ``"at_least"`` for what is zero, or not negative, at a
+        solution
     derivatives : ``"given"`` or ``"differences"``; ``"unknown"`` before the first evaluation
     """
 
@@ -55,6 +57,7 @@ class CodeResidual:
         coordinates: str,
         loss: str | None,
         label: str,
+        kind: str = "cost",
     ) -> None:
         problem = label_problem(label)
         if problem:
@@ -91,6 +94,13 @@ class CodeResidual:
             )
         if loss is not None and not isinstance(loss, str):
             raise error("E0770", f"a loss is text, found {type(loss).__name__}", label)
+        if kind not in ("cost", "equal", "at_least"):
+            raise error(
+                "E0770", f"`kind` is 'cost', 'equal' or 'at_least', found {kind!r:.40}", label
+            )
+        if kind != "cost" and loss is not None:
+            raise error("E0770", "what must hold takes no loss", label, "leave `loss` out")
+        self.kind = kind
         self.function, self.jacobian = function, jacobian
         self.size, self.coordinates, self.loss = int(size), coordinates, loss
         self.arguments: tuple[Argument, ...] = code_arguments.arguments(model, parameters, label)

@@ -35,6 +35,8 @@ from arael.runtime.layout import Column, Group, Slot, Step, Table, Target, Use
 from arael.runtime.machine.compiled import Program
 from arael.runtime.machine.tape import Tape
 
+_SIGNS = {"equal": "==", "at_least": ">="}
+
 
 @dataclass
 class CodeGroup:
@@ -143,6 +145,9 @@ def group_of(
             uses, slots, [m.entity.table for m in models], [m.entity.tangent for m in models]
         ),
         loss_text=code.loss or "",
+        require="" if code.kind == "cost" else code.kind,  # type: ignore[arg-type]
+        require_text="" if code.kind == "cost" else f"{code.label} {_SIGNS[code.kind]} 0",
+        units=("",) * code.size if code.kind != "cost" else (),
     )
     table = Table(path, "residuals", "list", "", path, code.label, tuple(columns))
     return CodeGroup(

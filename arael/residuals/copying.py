@@ -50,6 +50,7 @@ class CopiedCode:
     jacobian: Any = None
     coordinates: str = "tangent"
     loss: str | None = None
+    kind: str = "cost"
 
     def __getstate__(self) -> dict[str, Any]:
         """What pickle stores; functions are stored by their names."""
@@ -107,6 +108,7 @@ def _copied_code(code: CodeResidual) -> CopiedCode:
         code.jacobian,
         code.coordinates,
         code.loss,
+        code.kind,
     )
 
 
@@ -199,6 +201,7 @@ def _restore_code(residuals: Any, copied: CopiedCode, tables: Any) -> None:
             copied.coordinates,
             copied.loss,
             copied.label,
+            copied.kind,
         )
     )
 

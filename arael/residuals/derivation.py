@@ -11,6 +11,7 @@ from arael.check.expressions import condition
 from arael.check.guards import Fact, facts_of, moves
 from arael.check.losses import loss_of
 from arael.check.report import Reporter
+from arael.check.requirements import Requirement, is_requirement, requirement_of
 from arael.check.residual_rows import residual_of
 from arael.check.typed import ConstraintSite, EntitySite, Present, Read, Typed
 from arael.check.walk import postorder
@@ -19,6 +20,7 @@ from arael.compiler.groups import Kernel, compile_constraint
 from arael.diagnostics.records import Findings, Label
 from arael.residuals.declared import Declared
 from arael.residuals.expression import Expression, RuntimeResidual
+from arael.residuals.messages import error
 from arael.residuals.parameters import parameter_table
 from arael.residuals.reader import FormulaReads, Reader, Surroundings
 from arael.residuals.resolution import reader_for
@@ -98,9 +100,21 @@ def derive(
     proved = frozenset() if guard is None else facts_of(guard, reader.slots.steps)[0]
     with reader.knowing(proved):
         loss = None if residual._loss_tree is None else loss_of(reader, residual._loss_tree)
-        typed = residual_of(reader, residual._tree)
+        required: Requirement | None = None
+        if is_requirement(residual._tree):
+            required = requirement_of(reader, residual._tree)
+            typed = None if required is None else [*required.rows]
+        else:
+            typed = residual_of(reader, residual._tree)
     report.stop()
     assert typed is not None
+    if required is not None and loss is not None:
+        raise error(
+            "E0760",
+            "what must hold takes no loss",
+            residual.label,
+            "leave `loss` out, or write the difference of both sides as a residual",
+        )
     _check_rows(reader, [*typed, *([] if loss is None else [loss.value])], proved)
     report.stop()
     reads = [n for n in postorder(typed) if isinstance(n, Read)]
@@ -134,6 +148,9 @@ def derive(
         residual=tuple(typed),
         guard=guard,
         loss=loss,
+        require="" if required is None else required.sense,
+        require_text=" ".join(residual.text.split()) if required else "",
+        units=() if required is None else required.units,
     )
     single = around.schema.layout.precision == "f32"
     kernel = compile_constraint(site, states, single, declared.functions)

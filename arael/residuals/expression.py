@@ -16,7 +16,7 @@ from arael.residuals.dotted import dotted_problem
 from arael.residuals.messages import error, label_problem, name_problem
 from arael.residuals.parameters import Parameters
 from arael.syntax import tree
-from arael.syntax.parser import parse_expression, parse_loss
+from arael.syntax.parser import parse_expression, parse_loss, parse_rule
 
 Array = NDArray[Any]
 
@@ -281,14 +281,14 @@ class Definition(Expression):
 
 
 def parsed(text: str, label: str) -> tree.Expr:
-    """Read one formula.
+    """Read one formula, or a comparison that is to hold.
 
     Raises
     ------
     AraelError
         With every syntax error; E0104 for one that is too long.
     """
-    return parse_expression(_source(text, label))
+    return parse_rule(_source(text, label))
 
 
 def parsed_loss(text: str | None, label: str) -> tree.Expr | None:

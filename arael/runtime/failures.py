@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import AraelError, Diagnostic
+
+if TYPE_CHECKING:
+    from arael.runtime.layout import Layout
 
 
 class SolveError(AraelError):
@@ -27,6 +30,20 @@ def listed(names: list[str], shown: int = 3) -> str:
     text = ", ".join(f"`{name}`" for name in names[:shown])
     more = len(names) - shown
     return f"{text} and {more} more" if more > 0 else text
+
+
+def refuse_required(layout: Layout, what: str, help_: str) -> None:
+    """Raise E1038 if a model has rows that hold exactly, which `what` does not support."""
+    if layout.required:
+        label = layout.groups[layout.required[0]].label
+        raise AraelError(
+            Diagnostic(
+                "E1038",
+                f"{what} cannot take what holds exactly: `{label}` is a `require`",
+                origin=layout.name,
+                help=(help_,),
+            )
+        )
 
 
 class FunctionError(SolveError):

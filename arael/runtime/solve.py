@@ -83,11 +83,6 @@ def minimise(
     config = _suited(config, solver)
     if write is None and config.verbose:
         write = to_stderr
-    if problem.layout.required:
-        # Imported here for start-up time: most models have no rows that hold exactly.
-        from arael.runtime.constrained.solve import minimise_exactly
-
-        return minimise_exactly(problem, config, solver, write, analysis_seconds)
     began = time.perf_counter()
     threads = threads_for(config.num_threads)
     problem.evaluation.threads = threads

@@ -64,6 +64,18 @@ def parse_expression(source: Source) -> tree.Expr:
     return expr  # type: ignore[no-any-return]
 
 
+def parse_rule(source: Source) -> tree.Expr:
+    """Read a formula, or a comparison as a `require` has it, which may be a chain.
+
+    Raises
+    ------
+    AraelError
+        As for `parse`.
+    """
+    expr, _, _ = _run(source, "rule_alone")
+    return expr  # type: ignore[no-any-return]
+
+
 def parse_loss(source: Source) -> tree.Expr:
     """Read a loss as written after `loss` in a model: ``cauchy(2)`` or ``|s| log(1 + s)``.
 

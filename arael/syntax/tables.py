@@ -16,7 +16,7 @@ from typing import Any
 
 import msgspec
 
-STARTS = ("start", "expression", "loss_alone")
+STARTS = ("start", "expression", "rule_alone", "loss_alone")
 END = "$END"
 
 

@@ -24,8 +24,8 @@ NAMES = SOFT_WORDS | {"NAME"}
 # Words whose tokens stay on the stack while their construct is read.
 _CONSTRUCTS = frozenset({
     "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "REQUIRE", "FIT", "SOLVE", "PASS", "UPDATE",
-    "FN", "CONST", "IMPORT", "LET", "WHEN", "LOSS", "INTO", "KEY", "PARAM", "SKIP", "MARGINALIZE", "FREEZE",
-    "FREE", "SYMBOLIC", "COMPUTE", "DERIVS", "REF", "BLOCK", "IF",
+    "FN", "CONST", "IMPORT", "LET", "WHEN", "LOSS", "INTO", "KEY", "PARAM", "SKIP", "MARGINALIZE",
+    "FREEZE", "FREE", "SYMBOLIC", "COMPUTE", "DERIVS", "REF", "BLOCK", "IF",
 })  # fmt: skip
 _BLOCK_HEADS = frozenset({
     "STRUCT", "ROOT", "COMPONENT", "CONSTRAINT", "REQUIRE", "FIT", "SOLVE", "PASS", "UPDATE",

@@ -14,6 +14,7 @@ from arael.diagnostics.records import AraelError
 from arael.face.parameter import Parameter
 from arael.residuals.code import LARGEST, CodeResidual
 from arael.residuals.messages import error, label_problem
+from arael.runtime.failures import refuse_required
 from arael.runtime.problem import Problem
 from arael.windows.elimination import eliminate
 from arael.windows.leaving import Masks, leaving_rows, remove
@@ -42,6 +43,7 @@ def marginalise(
     with store.use.lock, store.use.changing("marginalise rows of the model"):
         gone = leaving_rows(store, rows)
         problem = solving.problem_of(model)
+        refuse_required(problem.layout, "a window", "write it as a constraint with a small sigma")
         _refuse_others(model, problem, gone)
         window = _Window(model, problem, gone, first_estimates)
         window.absorb()

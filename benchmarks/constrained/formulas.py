@@ -227,9 +227,7 @@ FORMULAS = (
         0,
     ),
     Formulas("hs52", ("4 * x1 - x2", *_NEAR[1:]), _FIVE, (2, 2, 2, 2, 2), 1859 / 349),
-    Formulas(
-        "hs53", _NEAR, _FIVE, (2, 2, 2, 2, 2), 176 / 43, {k: (-10, 10) for k in range(1, 6)}
-    ),
+    Formulas("hs53", _NEAR, _FIVE, (2, 2, 2, 2, 2), 176 / 43, {k: (-10, 10) for k in range(1, 6)}),
     Formulas(
         "hs60",
         ("x1 - 1", "x1 - x2", "(x2 - x3)^2"),

@@ -35,7 +35,7 @@ from arael.io.columns import full_path
 from arael.io.files import write_whole
 from arael.result import Result, joined
 from arael.runtime.evaluation.states import stored_scalars
-from arael.runtime.failures import SolveError
+from arael.runtime.failures import SolveError, refuse_required
 from arael.runtime.layout import Layout
 from arael.runtime.levenberg.compiled import RemoteBox, RemoteEvaluation, RemoteSolver
 from arael.runtime.problem import Problem
@@ -146,8 +146,9 @@ def check_splittable(layout: Layout) -> None:
     Raises
     ------
     AraelError
-        E0895: sums over rows, f32, native functions.
+        E0895: sums over rows, f32, native functions; E1038: rows that hold exactly.
     """
+    refuse_required(layout, "a solve in parts", "solve it on one machine")
     why = ""
     help_ = "solve it on one machine"
     if layout.precision != "f64":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -143,5 +144,5 @@ class Limits:
         return f"{name} {'>=' if self.sign[k] > 0 else '<='} {self.limit[k]:g}"
 
 
-def _of(parts: list[object], dtype: type) -> object:  # type: ignore[type-arg]
-    return np.concatenate(parts).astype(dtype) if parts else np.zeros(0, dtype)  # type: ignore[arg-type]
+def _of(parts: list[Any], dtype: Any) -> Any:
+    return np.concatenate(parts).astype(dtype) if parts else np.zeros(0, dtype)

@@ -22,10 +22,12 @@ from typing import Any
 import numpy as np
 
 from arael.config import LmConfig
+from arael.diagnostics.records import Diagnostic
 from arael.runtime.constrained.limits import Limits
 from arael.runtime.constrained.quadratic import WEIGHT, Quadratic, Step
 from arael.runtime.constrained.rows import Floats, Rows
 from arael.runtime.constrained.states import States
+from arael.runtime.failures import SolveError, listed
 from arael.runtime.levenberg.compiled import RECORD
 from arael.runtime.levenberg.diagnosis import check_linearisation
 from arael.runtime.linear.compiled import LinearSolver
@@ -99,7 +101,7 @@ class Loop:
     damping: float = 0.0
     reach: float = 1.0
     start_cost: float = math.nan
-    records: list[tuple[Any, ...]] = field(default_factory=list)
+    records: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.states = States(self.problem)
@@ -112,7 +114,7 @@ class Loop:
         self.optimality = math.inf
         self.residuals: Rows | None = None
         self.second_order = False
-        self._began = time.perf_counter()
+        self._began = self._last = time.perf_counter()
         self._workspace = self.problem.evaluation.workspace()
 
     # --- the loop ----------------------------------------------------------------------------
@@ -174,7 +176,7 @@ class Loop:
             assert there is not None
             self.multipliers = step.multipliers
             slow = self.optimality > SLOW * last_optimality and feasible
-            if slow and self.damping == 0.0 and not self.second_order:
+            if (slow or retry > 2) and not self.second_order:
                 self.second_order = self._takes_second_order()
             quiet = quiet + 1 if outcome == "noise" else 0
             if quiet > 8:
@@ -183,8 +185,14 @@ class Loop:
             here, retry, curved = self.linearise(), 0, True
 
     def _check(self, here: Linearisation) -> None:
-        """Raise SolveError if a solve cannot start here: E1001-E1004."""
+        """Raise SolveError if a solve cannot start here: E1001-E1004, E1019."""
         limits, problem = self.limits, self.problem
+        fixed = np.bincount(limits.rows.row, minlength=limits.count) == 0
+        fixed[limits.rows.count :] = False
+        noise = 1e-9 * np.abs(here.rows).max(initial=1.0)
+        false = np.flatnonzero(fixed & (here.violations > noise))
+        if len(false):
+            raise _never(limits, here, false)
         finite = np.isfinite(here.rows).all() and np.isfinite(here.entries).all()
         squares = limits.transposed(here.entries**2, np.ones(limits.count))
         check_linearisation(
@@ -199,13 +207,11 @@ class Loop:
         config = self.config
         if self.attempts >= config.max_iters:
             return "max_iterations"
-        if config.time_limit is not None:
-            if time.perf_counter() - self._began >= config.time_limit:
-                return "time_limit"
-        if config.cost_threshold and 2.0 * here.cost <= config.cost_threshold:
-            if self._feasible(here.violations):
-                return "cost_threshold"
-        return ""
+        limit = config.time_limit
+        if limit is not None and time.perf_counter() - self._began >= limit:
+            return "time_limit"
+        low = 2.0 * here.cost <= config.cost_threshold != 0.0
+        return "cost_threshold" if low and self._feasible(here.violations) else ""
 
     def linearise(self) -> Linearisation:
         """Evaluate cost, rows and derivatives at the accepted state."""
@@ -398,7 +404,9 @@ class Loop:
         self.attempts -= 1
         worse = trial is None or (
             (trial[1] > np.maximum(here.violations, 0.1 * self._tolerance())).any()
-            or trial[0] > here.cost + float(np.abs(step.multipliers) @ here.violations)
+            or trial[0]
+            > here.cost
+            + float(np.abs(step.multipliers) @ here.violations)
             + self.tolerances.noise * here.cost
         )
         if worse:
@@ -429,7 +437,7 @@ class Loop:
         record["damping"] = record["next_damping"] = self.damping
         record["step_norm"] = math.sqrt(float(d @ d))
         record["gradient"] = 2.0 * float(np.abs(here.gradient).max(initial=0.0))
-        record["seconds"] = now - self._began - sum(r["seconds"] for r in self.records[-1:])
+        record["seconds"], self._last = now - self._last, now
         self.records.append(record)
         if self.stepped is not None and not self.stepped(record):
             return "ended"
@@ -505,3 +513,20 @@ class Loop:
                 here = self.linearise()
             else:
                 damping *= 10.0
+
+
+def _never(limits: Limits, here: Linearisation, false: Any) -> SolveError:
+    """E1019 for rows that nothing that moves can change, and that do not hold."""
+    at = int(false[0])
+    group = limits.problem.layout.groups[int(limits.rows.group_of[at])]
+    names = list(dict.fromkeys(limits.name(int(k)) for k in false))
+    return SolveError(
+        Diagnostic(
+            "E1019",
+            f"{listed(names)} {'does' if len(names) == 1 else 'do'} not hold, and no parameter "
+            "that moves can change that",
+            origin=group.where,
+            notes=(f"`{group.require_text}` is off by {here.violations[at]:.6g}",),
+            help=("correct the data, free a parameter that it reads, or give it a guard",),
+        )
+    )

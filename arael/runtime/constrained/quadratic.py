@@ -143,7 +143,7 @@ class Quadratic:
             force = limits.transposed(self.entries, pull) - self.gradient
             if not first:
                 force -= self._hessian(d)
-            along = self.solver.solved(force)
+            along: Floats = np.asarray(self.solver.solved(force), dtype=np.float64)
             d = d + (along if first else self._length(t, y, d, along) * along)
             first = False
             t = rows + limits.times(self.entries, d)
@@ -157,9 +157,7 @@ class Quadratic:
         if self.factored is not None and np.array_equal(active, self.factored):
             return True
         values, diagonal = self.values.copy(), self.diagonal.copy()
-        self.limits.add_squares(
-            self.entries, np.where(active, self.weights, 0.0), values, diagonal
-        )
+        self.limits.add_squares(self.entries, np.where(active, self.weights, 0.0), values, diagonal)
         self.factorisations += 1
         if self.solver.factorise(values, diagonal) != 0:
             self.factored = None

@@ -62,7 +62,9 @@ class Required(Mapping[str, Requirement]):
         for one in self.parts:
             if one.label == label:
                 return one
-        raise KeyError(f"nothing required is called {label!r}; there is {', '.join(self) or 'none'}")
+        raise KeyError(
+            f"nothing required is called {label!r}; there is {', '.join(self) or 'none'}"
+        )
 
     def __iter__(self) -> Iterator[str]:
         return (one.label for one in self.parts)

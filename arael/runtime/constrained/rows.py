@@ -93,11 +93,11 @@ class Rows:
 
     def times(self, entries: Floats, x: Floats) -> Floats:
         """Product with a vector of the system."""
-        return np.bincount(self.row, entries * x[self.column], self.count)
+        return _summed(self.row, entries * x[self.column], self.count)
 
     def transposed(self, entries: Floats, y: Floats) -> Floats:
         """Product of the transposed matrix with a vector of rows."""
-        return np.bincount(self.column, entries * y[self.row], self.problem.size)
+        return _summed(self.column, entries * y[self.row], self.problem.size)
 
     def lengths(self, entries: Floats, scale: Floats) -> Floats:
         """(count,) length of each row, of scalars measured by `scale`."""
@@ -111,7 +111,8 @@ class Rows:
         """A row's instance: ``Pose.clearance at poses[3]``."""
         group, instance = int(self.group_of[row]), int(self.instance_of[row])
         place = self.problem.instance_place(group, instance)
-        return f"{self.label(row)} at {place}"
+        label = self.label(row)
+        return label if place == self.problem.layout.root else f"{label} at {place}"
 
     # --- products of entries in the blocks of a system ---------------------------------------
 
@@ -145,15 +146,21 @@ class Rows:
         p, q, place = self.pairs
         weighted = weights[self.row] * entries
         count = self.problem.structure.pattern.value_count
-        return np.bincount(place, weighted[p] * entries[q], count)
+        return _summed(place, weighted[p] * entries[q], count)
 
     # --- second derivatives ------------------------------------------------------------------
 
     @cached_property
     def _colours(self) -> list[tuple[Ints, tuple[Any, ...]]]:
         """Columns that no row reads together, by colour, with what their differences add to."""
+        hooks = self.problem.hooks
         curved = np.array(
-            [is_curved(self.problem.layout.groups[int(g)]) for g in self.groups], dtype=bool
+            [
+                is_curved(self.problem.layout.groups[g])
+                or (hooks is not None and g in hooks.items)  # by a function of the caller
+                for g in self.groups
+            ],
+            dtype=bool,
         )
         if not curved.any():
             return []
@@ -238,6 +245,10 @@ def _colour(row: Ints, column: Ints, start: Ints, size: int) -> Ints:
         for r in rows_of[c]:
             taken.setdefault(r, set()).add(k)
     return found
+
+
+def _summed(places: Ints, values: Floats, count: int) -> Floats:
+    return np.bincount(places, values, count).astype(np.float64, copy=False)
 
 
 def _joined(parts: list[NDArray[Any]]) -> Ints:

@@ -62,6 +62,9 @@ class ItemBuilder(Builder):
         expr: tree.Expr = parts[0]
         return expr
 
+    def _make_rule_alone(self, parts: list[Any], span: Span) -> tree.Expr:
+        return self._make_expression(parts, span)
+
     def _make_import_(self, parts: list[Any], span: Span) -> tree.Import:
         return tree.Import(
             span=span, path=make_string(parts[0], self._log), doc=self._docs.of(span)

@@ -9,8 +9,9 @@ from arael.syntax.trouble import NAMES, Trouble
 # What a word declares, where a name must follow it.
 _NAMED = {
     "struct": "struct", "root": "root", "component": "component", "constraint": "constraint",
-    "require": "require", "param": "parameter", "let": "value", "const": "constant", "fn": "function", "pass": "pass",
-    "symbolic": "value", "compute": "value", "as": "element", "key": "field",
+    "require": "require", "param": "parameter", "let": "value", "const": "constant",
+    "fn": "function", "pass": "pass", "symbolic": "value", "compute": "value", "as": "element",
+    "key": "field",
 }  # fmt: skip
 _EXAMPLES = {"constraint": "constraint drift { ... }", "struct": "struct Pose { ... }"}
 _MEANINGS = {

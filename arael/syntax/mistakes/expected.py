@@ -9,7 +9,8 @@ from arael.syntax.trouble import SOFT_WORDS, Trouble
 
 _PLACES = {
     "struct": "struct", "root": "root", "component": "component", "constraint": "constraint",
-    "require": "require", "fit": "fit", "solve": "solve schedule", "pass": "pass", "update": "update",
+    "require": "require", "fit": "fit", "solve": "solve schedule", "pass": "pass",
+    "update": "update",
 }  # fmt: skip
 _TERMINALS = {"NUMBER": "a number", "STRING": "a text in quotes", "NAME": "a name"}
 _MEMBERS = {"CONSTRAINT", "PARAM", "FIT", "SOLVE"}

@@ -7,8 +7,8 @@ from arael.syntax.tokens import NEWLINE
 from arael.syntax.trouble import Trouble
 
 _MEMBERS = (
-    "param", "skip", "constraint", "require", "prior", "fixed", "fit", "key", "marginalize", "solve",
-    "symbolic", "compute", "update",
+    "param", "skip", "constraint", "require", "prior", "fixed", "fit", "key", "marginalize",
+    "solve", "symbolic", "compute", "update",
 )  # fmt: skip
 # Words of papers and other solvers for the members of a struct.
 _OTHER_MEMBERS = {
