@@ -179,7 +179,6 @@ def _data(names: Names, table: Table, read: dict[str, int]) -> Array:
 def refuse_rows(kernels: tuple[Kernel, ...]) -> None:
     """Refuse constraints whose program depends on the rows of lists."""
     for kernel in kernels:
-<<<<<<< HEAD
         if kernel.group.look_ups:
             raise AraelError(
                 Diagnostic(
@@ -190,7 +189,9 @@ def refuse_rows(kernels: tuple[Kernel, ...]) -> None:
                     help=(
                         "let the data have the value as a column of its own, or leave the "
                         "constraint out with --constraint",
-=======
+                    ),
+                )
+            )
         if kernel.group.require:
             raise AraelError(
                 Diagnostic(
@@ -201,7 +202,6 @@ def refuse_rows(kernels: tuple[Kernel, ...]) -> None:
                     help=(
                         "write it as a constraint with a small sigma, or leave it out with "
                         "--constraint",
->>>>>>> 141f7899 (require: rows that hold exactly, in models, at run time and in solves)
                     ),
                 )
             )

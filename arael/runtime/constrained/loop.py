@@ -58,7 +58,7 @@ MAX_DAMPING = 1e10
 FIRST_DAMPING = 1e-4
 # Convergence of Gauss-Newton slower than this per step takes second derivatives of residuals too.
 SLOW = 0.2
-# More colours than this make second derivatives of the residuals dearer than more steps.
+# More colours than this make second derivatives of the residuals more expensive than more steps.
 MAX_COLOURS = 64
 
 

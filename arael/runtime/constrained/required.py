@@ -91,9 +91,9 @@ class Required(Mapping[str, Requirement]):
             head = f"{rows} required row{'s' * (rows != 1)} hold{'s' * (rows == 1)}"
         if of:
             head += f"; {acting} of {of} inequalities {'acts' if acting == 1 else 'act'}"
-        return [head, *(_price(*one, cost) for one in self._dearest())]
+        return [head, *(_price(*one, cost) for one in self._largest())]
 
-    def _dearest(self) -> list[tuple[Requirement, int, int]]:
+    def _largest(self) -> list[tuple[Requirement, int, int]]:
         """The rows of the largest multipliers."""
         found = [
             (one, *divmod(int(k), one.values.shape[1]))

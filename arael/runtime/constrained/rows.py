@@ -216,6 +216,8 @@ class Rows:
 
 def is_curved(group: Group) -> bool:
     """Whether derivatives of a group depend on parameters."""
+    if group.look_ups:  # what they read depends on parameters
+        return True
     tape = group.tape
     depends = [False] * len(tape.ops)
     for node, (op, args) in enumerate(zip(tape.ops, tape.args, strict=True)):
