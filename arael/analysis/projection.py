@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.analysis.jacobian import jacobian
 from arael.analysis.normal import NormalEquations
 from arael.analysis.variations import Experiments
 from arael.analysis.verdict import covariance_of
@@ -31,6 +32,8 @@ _ACROSS = 24
 """Cells of the grid along the wider side."""
 _FOUND = 1e-3
 """Largest residual, in sigmas, of a point that was found for a pixel."""
+_ROUNDS = 15
+"""Gauss-Newton steps in the search of a point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,10 +148,7 @@ class _Pictures:
             nearest = np.linalg.norm(grid[:, None] - there[None], axis=2).argmin(axis=1)
             sources.append(own[nearest])
             wanted.append(grid)
-        slopes, found = self.experiments.prediction_rows(
-            self.table, np.concatenate(sources), self.pixel, np.concatenate(wanted), self.point,
-            _FOUND,
-        )  # fmt: skip
+        slopes, found = self._predictions(np.concatenate(sources), np.concatenate(wanted))
         slopes = slopes.reshape(len(views), len(grid), 2, -1)
         found = found.reshape(len(views), len(grid), 1, 1)
         count = found.sum(axis=0)
@@ -160,6 +160,70 @@ class _Pictures:
         return Projection(
             name or self.experiments.layout.name, x, y, sigma.reshape(len(y), len(x)), pixel
         )
+
+    def _predictions(self, sources: Ints, pixels: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """Derivatives of predictions of given pixels.
+
+        Parameters
+        ----------
+        sources : (n,) rows whose view and camera are taken
+        pixels : (n, 2) what shall be predicted, by another point of the target
+
+        Returns
+        -------
+        (n, 2, k) derivatives by the kept scalars; (n,) whether there is such a point.
+        """
+        base = self.experiments
+        trial = Experiments(base.model, base.kept)
+        self._take_rows(trial, sources, pixels)
+        groups = list(trial.layout.readers[self.table, self.pixel.path])
+        trial.correct(groups, [(self.table, self.point.path)], _ROUNDS)
+        problem = trial.model._problem()
+        rows = jacobian(problem)
+        at, residuals = trial.residuals(groups)
+        # The derivatives of residuals by the measured pixel: what whitens them, negative.
+        live = trial.store.tables[self.table].column(self.pixel.path)
+        weights = np.zeros((len(sources), residuals.shape[1], 2))
+        for k in range(2):
+            live[:, k] += 1.0
+            weights[at, :, k] = residuals - trial.residuals(groups)[1]
+            live[:, k] -= 1.0
+        good = np.zeros(len(sources), dtype=bool)
+        good[at] = np.abs(residuals).max(axis=1) < _FOUND
+        slopes = np.zeros((len(sources), 2, np.count_nonzero(base.kept)))
+        found = np.zeros(len(sources), dtype=bool)
+        ends = np.cumsum([0, *(len(active) for active in problem.structure.active)])
+        first = 0
+        for number in groups:
+            columns = slice(first, first + trial.layout.groups[number].residuals)
+            first = columns.stop
+            if trial.layout.groups[number].residuals != 2:
+                continue
+            mine = (rows.constraint >= ends[number]) & (rows.constraint < ends[number + 1])
+            instance = rows.constraint[mine][::2] - ends[number]
+            row = problem.structure.active[number][instance]
+            own = rows.matrix[np.flatnonzero(mine)][:, np.flatnonzero(base.kept)].toarray()
+            own = own.reshape(len(row), 2, -1)
+            weight = weights[row, columns]
+            usable = good[row] & np.isfinite(own).all(axis=(1, 2))
+            usable &= np.abs(np.linalg.det(weight)) > 0
+            slopes[row[usable]] = np.linalg.solve(weight[usable], own[usable])
+            found[row[usable]] = True
+        return slopes, found
+
+    def _take_rows(self, trial: Experiments, sources: Ints, pixels: Floats) -> None:
+        """Replace the rows of the collection by copies of some, with other pixels."""
+        own, layout = trial.store.tables[self.table], trial.layout.table(self.table)
+        columns: dict[str, Any] = {}
+        for column in layout.columns:
+            if column.role == "ref":
+                columns[column.path] = np.asarray(own.target_rows(column.path))[sources]
+            elif column.role == "data":
+                columns[column.path] = np.asarray(own.column(column.path))[sources].copy()
+        columns[self.pixel.path] = pixels
+        parents = np.asarray(own.parent_rows())[sources] if layout.parent else None
+        own.clear()
+        own.extend(len(sources), parents, **columns)
 
 
 def _refused(message: str) -> AraelError:

@@ -12,41 +12,35 @@ corrected by Gauss-Newton steps until its residuals vanish, so that the rows are
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.analysis.jacobian import Jacobian, jacobian
 from arael.analysis.scalars import tangent_units
-from arael.geometry.quaternions import quat_conjugate, quat_exp, quat_log, quat_product
+from arael.analysis.varied_columns import (
+    TURN,
+    Kind,
+    VariedComponent,
+    components_of,
+    pattern,
+    scale_of,
+)
 from arael.runtime.layout import Column
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_TURN = 0.7
-"""Largest turn of a rotation [rad]: far enough from the identity for all axes, less than a quarter
-turn, so that what is seen stays in front."""
-_WIDER = 2.0
-"""Range of varied numbers relative to the present one."""
-_LONGER = 3.0
-"""Time span relative to the present one."""
-_NARROW = 0.1
-"""Range relative to the size of the numbers below which they count as constant."""
-_SHIFT = 0.5
-"""Change of numbers that are constant, relative to their size."""
 _ROUNDS = 8
-"""Gauss-Newton steps that make rows consistent; angles up to `_TURN` take five."""
-_FAR_ROUNDS = 15
-"""The same for points that are sought across a whole picture."""
+"""Gauss-Newton steps that make rows consistent; angles up to `TURN` take five."""
 _TURNED = 0.1
 """Turn that counts as much as the whole range of a number when rows are made consistent: numbers
 are corrected rather than rotations, which would be another variation."""
+_RIDGE = 1e-12
 _ROUNDING = 1e-9
 """Part of the information of new rows that counts as rounding, once their parameters are
 eliminated."""
@@ -54,9 +48,6 @@ _SAME = 1e-9
 _STEP = 1e-6
 MOST = 80
 """Most variations that are tried; each costs a linearisation and a factorisation."""
-_TIMES = ("t", "time", "times", "stamp", "timestamp", "dt", "duration")
-
-Kind = Literal["turn", "spread"]
 
 
 @dataclass(frozen=True)
@@ -98,26 +89,31 @@ class Experiments:
     ----------
     model : a solved instance; it is not changed
     kept : (n,) bool, free scalars of the problem that count (those not on a bound)
+
+    Attributes
+    ----------
+    model : the copy of the instance that is varied
+    store, layout : its data and its layout
     """
 
     def __init__(self, model: Any, kept: NDArray[np.bool_]) -> None:
-        self._model = model.copy()
-        self._problem = self._model._problem()
-        self._kept = np.flatnonzero(kept)
+        self.model = model.copy()
+        self._problem = self.model._problem()
+        self.kept = kept
         self.layout = self._problem.layout
-        self.store = self._model._store
+        self.store = self.model._store
         self._base = jacobian(self._problem)
 
     @cached_property
     def variations(self) -> tuple[Variation, ...]:
         """All variations of data that enters derivatives, and of parameters of collections."""
-        found = [one for one in self._of_data() if one.name not in self.measured]
+        found = [one for one in self._of_data() if self._roles[one.table, one.column] == "varied"]
         return (*found, *self._of_parameters())[:MOST]
 
     @cached_property
     def measured(self) -> dict[str, tuple[str, str]]:
         """Columns that change residuals but no derivative: measured values; (table, column)."""
-        return {f"{t}.{c}": (t, c) for t, c in self._columns if self._role(t, c) == "measured"}
+        return {f"{t}.{c}": (t, c) for (t, c), role in self._roles.items() if role == "measured"}
 
     def pixels(self) -> Iterator[tuple[str, str]]:
         """Measured pairs of coordinates in pixels: table and column."""
@@ -142,85 +138,13 @@ class Experiments:
         """Columns of a collection that enter derivatives."""
         own = self.layout.table(table)
         return [
-            own.column(c) for t, c in self._columns if t == table and self._role(t, c) == "varied"
+            own.column(c) for (t, c), role in self._roles.items() if (t, role) == (table, "varied")
         ]
 
-    def prediction_rows(
-        self,
-        table: str,
-        sources: Ints,
-        measured: Column,
-        values: Floats,
-        moved: Column,
-        tolerance: float,
-    ) -> tuple[Floats, NDArray[np.bool_]]:
-        """Derivatives of predictions at rows that predict given values.
-
-        Parameters
-        ----------
-        table : the collection of the rows
-        sources : (n,) rows that are copied
-        measured, values : column of what is measured, and what shall be predicted (n, 2)
-        moved : column that is moved until it is
-
-        Returns
-        -------
-        (n, 2, k) derivatives by the kept scalars; (n,) whether the values are predicted.
-        """
-        model = self._model.copy()
-        trial = Experiments(model, np.isin(np.arange(len(self._base.names)), self._kept))
-        trial._take_rows(table, sources, measured.path, values)
-        groups = list(self.layout.readers[table, measured.path])
-        trial._correct(groups, [(table, moved.path)], _FAR_ROUNDS)
-        problem = trial._model._problem()
-        rows = jacobian(problem)
-        found = np.zeros(len(sources), dtype=bool)
-        slopes = np.zeros((len(sources), 2, len(self._kept)))
-        ends = np.cumsum([0, *(len(active) for active in problem.structure.active)])
-        live = trial.store.tables[table].column(measured.path)
-        weights = []
-        for k in range(2):
-            live[:, k] += 1.0
-            weights.append(trial._residuals(groups))
-            live[:, k] -= 1.0
-        at, residuals = trial._residuals(groups)
-        whole = np.zeros((len(sources), residuals.shape[1], 2))
-        for k in range(2):
-            whole[at, :, k] = residuals - weights[k][1]
-        good = np.zeros(len(sources), dtype=bool)
-        good[at] = np.abs(residuals).max(axis=1) < tolerance
-        for number in groups:
-            mine = np.flatnonzero(
-                (rows.constraint >= ends[number]) & (rows.constraint < ends[number + 1])
-            )
-            m = self.layout.groups[number].residuals
-            if m != 2 or not len(mine):
-                continue
-            row = problem.structure.active[number][rows.constraint[mine][::m] - ends[number]]
-            offset = 2 * groups.index(number)
-            weight = whole[row, offset : offset + 2]
-            own = rows.matrix[mine][:, self._kept].toarray().reshape(len(row), 2, -1)
-            usable = good[row] & np.isfinite(own).all(axis=(1, 2))
-            usable &= np.abs(np.linalg.det(weight)) > 0
-            row, own, weight = row[usable], own[usable], weight[usable]
-            slopes[row] = np.linalg.solve(weight, own)
-            found[row] = True
-        return slopes, found
-
-    def _take_rows(self, table: str, sources: Ints, measured: str, values: Floats) -> None:
-        """Replace the rows of a collection by copies of some, with other measured values."""
-        own = self.store.tables[table]
-        columns: dict[str, Any] = {}
-        for column in self.layout.table(table).columns:
-            if column.role == "ref":
-                columns[column.path] = np.asarray(own.target_rows(column.path))[sources]
-            elif column.role == "data":
-                columns[column.path] = np.asarray(own.column(column.path))[sources].copy()
-        columns[measured] = values
-        nested = bool(self.layout.table(table).parent)
-        parents = np.asarray(own.parent_rows())[sources] if nested else None
-        own.clear()
-        own.extend(len(sources), parents, **columns)
+    @cached_property
+    def _roles(self) -> dict[tuple[str, str], str]:
+        """Role of each column; see `_role`."""
+        return {key: self._role(*key) for key in self._columns}
 
     @cached_property
     def _columns(self) -> list[tuple[str, str]]:
@@ -247,9 +171,9 @@ class Experiments:
         saved = values.copy()
         try:
             roles = set()
-            for index in range(_components(self.layout.table(table).column(column))):
-                values[...] = self._varied(table, column, index, saved, 0.1)
-                roles.add(self._effect(jacobian(self._model._problem())))
+            for one in components_of(self.layout.table(table).column(column)):
+                values[...] = one.varied(saved, 0.1)
+                roles.add(self._effect(jacobian(self.model._problem())))
                 values[...] = saved
         finally:
             values[...] = saved
@@ -275,12 +199,9 @@ class Experiments:
         for table, path in self._columns:
             column = self.layout.table(table).column(path)
             values = np.asarray(self.store.tables[table].column(path), dtype=np.float64)
-            time = path.rpartition(".")[2].lower() in _TIMES or column.unit == "s"
-            for index in range(_components(column)):
-                kind = _kind(column, index)
-                part = _part(column, index)
-                now = _coverage(column, values, index, kind)
-                yield Variation(table, path, part, kind, index, -1, now, time)
+            for one in components_of(column):
+                now = one.coverage(values)
+                yield Variation(table, path, one.part, one.kind, one.index, -1, now, one.is_time)
 
     def _of_parameters(self) -> Iterator[Variation]:
         system = self._problem.structure.system
@@ -300,28 +221,6 @@ class Experiments:
                     full = f"{path}.{column}" if column else path
                     yield Variation(entity.table, full, last, kind, k, number)
 
-    def _varied(self, table: str, path: str, index: int, values: Floats, share: float) -> Floats:
-        """The values of a column, one component of which is varied."""
-        column = self.layout.table(table).column(path)
-        found = np.array(values, dtype=np.float64)
-        pattern = share * _pattern(len(found))
-        if _kind(column, index) == "turn":
-            pattern /= max(share, 1.0)
-            start = _rotation(column)
-            if start is None:
-                part = found if found.ndim == 1 else found[:, index]
-                part += _TURN * pattern
-                return found
-            axis = np.zeros((len(found), 3))
-            axis[:, index - start] = _TURN * pattern
-            turned = quat_product(quat_exp(axis), found[:, start : start + 4])
-            found[:, start : start + 4] = turned
-            return found
-        flat = found.reshape(len(found), -1)
-        time = path.rpartition(".")[2].lower() in _TIMES or column.unit == "s"
-        flat[:, index] = _spread(flat, index, pattern, share, time)
-        return found
-
     # --- information ---------------------------------------------------------------------------
 
     def information(self, variation: Variation, reach: float = 1.0) -> Floats:
@@ -333,7 +232,7 @@ class Experiments:
         """
         tables = self.store.tables
         saved = {key: tables[key[0]].column(key[1]).copy() for key in self._columns}
-        before = self._model.serialize()
+        before = self.model.serialize()
         try:
             groups = self._apply(variation, reach)
             self._make_consistent(variation, groups)
@@ -341,25 +240,24 @@ class Experiments:
         finally:
             for (table, path), values in saved.items():
                 tables[table].column(path)[...] = values
-            self._model.deserialize(before)
+            self.model.deserialize(before)
 
     def _apply(self, variation: Variation, reach: float) -> list[int]:
         """Vary the data or the parameters; the groups that read them."""
         if variation.entity < 0:
             values = self.store.tables[variation.table].column(variation.column)
-            values[...] = self._varied(
-                variation.table, variation.column, variation.index, values, reach
-            )
+            column = self.layout.table(variation.table).column(variation.column)
+            values[...] = components_of(column)[variation.index].varied(values, reach)
             return list(self.layout.readers[variation.table, variation.column])
-        problem = self._model._problem()
+        problem = self.model._problem()
         entity = self.layout.entities[variation.entity]
         first = problem.structure.system.blocks[variation.entity].first
         rows = np.flatnonzero(first >= 0)
-        size = _TURN
+        size = TURN
         if variation.kind == "spread":
             size = reach * self._size(variation, rows)
         step = np.zeros(problem.size)
-        step[first[rows] + variation.index] = size * _pattern(len(rows))
+        step[first[rows] + variation.index] = size * pattern(len(rows))
         problem.evaluation.moved_by(step)
         problem.write_back()
         return [
@@ -377,7 +275,7 @@ class Experiments:
                 continue
             width = 3 if use.kind in ("transform", "similarity") else use.stored
             part = state[:, use.stored_start : use.stored_start + width]
-            return _scale_of(part)
+            return scale_of(part)
         return 1.0
 
     def _make_consistent(self, variation: Variation, groups: list[int]) -> None:
@@ -393,61 +291,50 @@ class Experiments:
                 c
                 for c in self._columns
                 if c[0] == table and c != varied and self.layout.readers[c][0] in own
-                and self._role(*c) == "varied"
+                and self._roles[c] == "varied"
             ]  # fmt: skip
             if free and len(own):
-                self._correct(own, free)
+                self.correct(own, free)
 
-    def _correct(
+    def correct(
         self, groups: list[int], columns: list[tuple[str, str]], rounds: int = _ROUNDS
     ) -> None:
-        """Gauss-Newton steps of least length, each row for itself, in the scales of the columns."""
-        entries = []
+        """Move data of each row until the residuals of the row vanish.
+
+        By Gauss-Newton steps of least length, in the scales of the columns.
+
+        Parameters
+        ----------
+        groups : constraints of one collection
+        columns : of this collection, which are moved
+        """
+        entries: list[tuple[Any, VariedComponent, float]] = []
         for table, path in columns:
-            column = self.layout.table(table).column(path)
-            values = np.asarray(self.store.tables[table].column(path), dtype=np.float64)
-            for index in range(_components(column)):
-                scale = _TURNED
-                if _kind(column, index) == "spread":
-                    scale = _scale_of(values.reshape(len(values), -1)[:, _flat_places(column)])
-                entries.append((table, path, index, scale))
+            live = self.store.tables[table].column(path)
+            for one in components_of(self.layout.table(table).column(path)):
+                scale = _TURNED if one.kind == "turn" else one.scale(np.asarray(live))
+                entries.append((live, one, scale))
         for _ in range(rounds):
-            at, residuals = self._residuals(groups)
+            at, residuals = self.residuals(groups)
             if not len(at) or np.abs(residuals).max(initial=0.0) < _SAME:
                 return
             slopes = np.zeros((*residuals.shape, len(entries)))
-            for k, (table, path, index, scale) in enumerate(entries):
-                live = self.store.tables[table].column(path)
+            for k, (live, one, scale) in enumerate(entries):
                 saved = live.copy()
-                step = np.full(len(saved), _STEP * scale)
-                live[...] = self._moved(table, path, index, saved, step)
-                slopes[..., k] = (self._residuals(groups)[1] - residuals) / _STEP
+                live[...] = one.moved(saved, np.full(len(saved), _STEP * scale))
+                slopes[..., k] = (self.residuals(groups)[1] - residuals) / _STEP
                 live[...] = saved
             finite = np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(residuals).all(axis=1)
             inverse = np.linalg.pinv(slopes[finite], rcond=1e-8)
             steps = -(inverse @ residuals[finite][..., None])[..., 0]
-            for k, (table, path, index, scale) in enumerate(entries):
-                live = self.store.tables[table].column(path)
+            for k, (live, one, scale) in enumerate(entries):
                 step = np.zeros(len(live))
                 step[at[finite]] = scale * steps[:, k]
-                live[...] = self._moved(table, path, index, live.copy(), step)
+                live[...] = one.moved(live.copy(), step)
 
-    def _moved(self, table: str, path: str, index: int, values: Floats, step: Floats) -> Floats:
-        """Values of a column, one component of which is moved by `step` (rows,)."""
-        column = self.layout.table(table).column(path)
-        found = np.array(values, dtype=np.float64)
-        start = _rotation(column)
-        if start is not None and index >= start:
-            axis = np.zeros((len(found), 3))
-            axis[:, index - start] = step
-            found[:, start : start + 4] = quat_product(quat_exp(axis), found[:, start : start + 4])
-            return found
-        found.reshape(len(found), -1)[:, index] += step
-        return found
-
-    def _residuals(self, groups: list[int]) -> tuple[Ints, Floats]:
+    def residuals(self, groups: list[int]) -> tuple[Ints, Floats]:
         """Rows of the table of the groups, and the residuals of all groups at each (rows, m)."""
-        problem = self._model._problem()
+        problem = self.model._problem()
         size = self.store.tables[self.layout.groups[groups[0]].table].size
         parts, seen = [], np.zeros(size, dtype=bool)
         for number in groups:
@@ -459,14 +346,14 @@ class Experiments:
         return np.flatnonzero(seen), np.concatenate(parts, axis=1)[seen]
 
     def _information(self, variation: Variation, groups: list[int]) -> Floats:
-        problem = self._model._problem()
+        problem = self.model._problem()
         rows = jacobian(problem)
         labels = {self.layout.groups[g].label for g in groups}
         used = np.isin(rows.label_of, [k for k, one in enumerate(rows.labels) if one in labels])
         entries = np.repeat(np.arange(len(rows)), np.diff(rows.matrix.indptr))
         used[entries[~np.isfinite(rows.matrix.data)]] = False
         used &= np.isfinite(rows.residuals)
-        matrix = rows.matrix[np.flatnonzero(used)][:, self._kept]
+        matrix = rows.matrix[np.flatnonzero(used)][:, np.flatnonzero(self.kept)]
         found: Floats = (matrix.T @ matrix).toarray()
         if variation.entity < 0:
             return found
@@ -482,131 +369,40 @@ class Experiments:
             if entity.table == table or entity.table.startswith(f"{table}."):
                 first = blocks.first[blocks.first >= 0]
                 own[(first[:, None] + np.arange(entity.tangent)).ravel()] = True
-        found: NDArray[np.bool_] = own[problem.free][self._kept]
+        found: NDArray[np.bool_] = own[problem.free][self.kept]
         return found
 
 
 def _eliminated(matrix: Floats, own: NDArray[np.bool_]) -> Floats:
     """The information on other scalars when those of `own` are new unknowns: Schur complement."""
+    # imported here: start-up time
+    from scipy.linalg import solve_triangular
+
     found = np.zeros_like(matrix)
     rest = ~own
-    inner = matrix[np.ix_(own, own)]
-    scale = 1 / np.sqrt(np.where(np.diag(inner) > 0, np.diag(inner), 1.0))
-    inverse = np.linalg.pinv(inner * scale[:, None] * scale, rcond=1e-12, hermitian=True)
-    cross = matrix[np.ix_(rest, own)] * scale
-    outer = matrix[np.ix_(rest, rest)]
-    unit = 1 / np.sqrt(np.where(np.diag(outer) > 0, np.diag(outer), 1.0))
-    left = (outer - cross @ inverse @ cross.T) * unit[:, None] * unit
+    scale = _scale(matrix)
+    scaled = matrix * scale[:, None] * scale
+    inner, outer = scaled[np.ix_(own, own)], scaled[np.ix_(rest, rest)]
+    half = solve_triangular(_root(inner), scaled[np.ix_(own, rest)], lower=True)
     # What is left by rounding is no information.
-    values, vectors = np.linalg.eigh(left)
+    values, vectors = np.linalg.eigh(outer - half.T @ half)
     values[values < _ROUNDING] = 0
-    found[np.ix_(rest, rest)] = (vectors * values) @ vectors.T / unit[:, None] / unit
+    unit = 1 / scale[rest]
+    found[np.ix_(rest, rest)] = (vectors * values) @ vectors.T * unit[:, None] * unit
     return found
 
 
-# --- columns ------------------------------------------------------------------------------------
+def _root(matrix: Floats) -> Floats:
+    """Cholesky factor, with a small diagonal for what the matrix does not determine."""
+    ridge = _RIDGE
+    while True:
+        try:
+            return np.asarray(np.linalg.cholesky(matrix + ridge * np.eye(len(matrix))))
+        except np.linalg.LinAlgError:
+            ridge *= 10
 
 
-def _rotation(column: Column) -> int | None:
-    """Place of the quaternion in a column; None if it has none."""
-    kind = column.type.split()[0]
-    return {"quat": 0, "quaternion": 0, "transform": 3, "similarity": 3}.get(kind)
-
-
-def _components(column: Column) -> int:
-    """Number of components that are varied: three of a rotation."""
-    size = math.prod(column.shape)
-    return size if _rotation(column) is None else size - 1
-
-
-def _flat_places(column: Column) -> slice:
-    start = _rotation(column)
-    return slice(None) if start is None else slice(0, start)
-
-
-def _kind(column: Column, index: int) -> Kind:
-    start = _rotation(column)
-    if start is not None:
-        return "turn" if start <= index < start + 3 else "spread"
-    return "turn" if column.unit == "rad" or column.type.startswith("angle") else "spread"
-
-
-def _part(column: Column, index: int) -> str:
-    start = _rotation(column)
-    if start is not None:
-        return "xyz"[index - start] if start <= index < start + 3 else "xyzs"[min(index, 3)]
-    if not column.shape:
-        return ""
-    return "xyz"[index] if column.shape[0] <= 3 else f"[{index}]"
-
-
-def _pattern(count: int) -> Floats:
-    """Numbers from -1 to 1 that fill the interval evenly, without a period (golden ratio)."""
-    found: Floats = 2 * np.modf(0.5 + 0.6180339887498949 * np.arange(count))[0] - 1
-    return found
-
-
-def _scale_of(values: Floats) -> float:
-    """Natural size of a change: the widest half range of components, or their size, or 1."""
-    finite = values[np.isfinite(values)]
-    if not len(finite):
-        return 1.0
-    wide = float((np.nanmax(values, axis=0) - np.nanmin(values, axis=0)).max()) / 2
-    size = float(np.abs(finite).max())
-    if wide > _NARROW * size / 2:
-        return wide
-    return _SHIFT * size or 1.0
-
-
-def _spread(flat: Floats, index: int, pattern: Floats, share: float, time: bool) -> Floats:
-    """One component (n,) of values (n, k) over a wider range."""
-    values = flat[:, index]
-    low, high = float(values.min()), float(values.max())
-    wider = 1 + share * ((_LONGER if time else _WIDER) - 1)
-    if time and high > low:
-        return np.asarray(low + wider * (values - low))
-    scale = _scale_of(flat)
-    if high - low > _NARROW * max(abs(low), abs(high), scale if flat.shape[1] > 1 else 0.0):
-        middle = low if low >= 0 else high if high <= 0 else (low + high) / 2
-        return np.asarray(middle + wider * (values - middle))
-    return np.asarray(values + scale * pattern)
-
-
-def _coverage(column: Column, values: Floats, index: int, kind: Kind) -> str:
-    """What the rows cover at present, in words."""
-    unit = f" {column.unit}" if column.unit else ""
-    start = _rotation(column)
-    if start is not None and kind == "turn":
-        return _turns(values[:, start : start + 4])
-    part = values.reshape(len(values), -1)[:, index]
-    low, high = float(part.min()), float(part.max())
-    if high - low <= 1e-9 * max(abs(low), abs(high), 1e-300):
-        return f"{low + 0.0:.4g}{unit} in all rows"
-    return f"{low:.4g} to {high:.4g}{unit}"
-
-
-def _turns(quaternions: Floats) -> str:
-    """The axes about which rotations differ."""
-    first = quaternions[:1]
-    apart = quat_log(quat_product(quat_conjugate(np.broadcast_to(first, quaternions.shape)),
-                                  quaternions))  # fmt: skip
-    whole = quat_log(quaternions)
-    vectors = apart if np.linalg.norm(apart) < np.linalg.norm(whole) else whole
-    values, axes = np.linalg.eigh(vectors.T @ vectors / len(vectors))
-    angles = np.sqrt(np.maximum(values, 0.0))
-    if angles[2] < 1e-3:
-        return "no turn"
-    wide = [k for k in (2, 1, 0) if angles[k] > 0.05 * angles[2]]
-    if len(wide) == 1:
-        return f"turns about one axis, {_axis(axes[:, 2])}"
-    if len(wide) == 2:
-        return f"no turn about {_axis(axes[:, 0])}"
-    return f"turns of {np.degrees(angles[0]):.2g} to {np.degrees(angles[2]):.2g} deg"
-
-
-def _axis(axis: Floats) -> str:
-    at = int(np.argmax(np.abs(axis)))
-    if abs(axis[at]) > 0.99:
-        return "xyz"[at]
-    axis = axis * np.sign(axis[at])
-    return "(" + ", ".join(f"{value:.2f}" for value in axis) + ")"
+def _scale(matrix: Floats) -> Floats:
+    """Factors that make the diagonal 1; 1 where it is 0."""
+    diagonal = np.diag(matrix)
+    return np.asarray(1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0)))

@@ -42,6 +42,7 @@ def command(
     solved: bool,
     judged: bool,
     report: str | None,
+    plot: str | None,
     candidates: tuple[int, str] | None,
     wanted: tuple[str, ...],
     criterion: str,
@@ -58,9 +59,9 @@ def command(
     chosen. The exit code is 0 if nothing suspicious was found, 1 if something was, 2 for wrong
     input.
     """
+    if not judged and (report is not None or plot is not None):
+        raise click.UsageError("--report and --plot are of a verdict; add --verdict")
     if report is not None:
-        if not judged:
-            raise click.UsageError("--report is of a verdict; add --verdict")
         check_report(report)
     if judged and candidates is not None:
         raise click.UsageError("give --verdict or --next")
@@ -78,7 +79,7 @@ def command(
     apply_settings(instance, loaded.layout, settings)
     if judged:
         title = f"verdict on {shown(guess.model)} with {shown(joined(guess.data))}"
-        return judge(instance, solved_kindly(instance, solver), title, report, image, as_json)
+        return judge(instance, solved_kindly(instance, solver), title, report, plot, image, as_json)
     if candidates is not None:
         solved_kindly(instance, solver)
         return choose_next(instance, *candidates, wanted, criterion, as_json)

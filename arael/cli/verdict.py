@@ -34,7 +34,7 @@ def verdict_options(function: F) -> F:
             "--image",
             type=(click.FloatRange(min=1), click.FloatRange(min=1)),
             metavar="WIDTH HEIGHT",
-            help="Size of the pictures, for the figure of --report.",
+            help="Size of the pictures, for --plot and --report.",
         ),
         click.option(
             "--criterion",
@@ -56,6 +56,12 @@ def verdict_options(function: F) -> F:
             type=(click.IntRange(min=1), str),
             metavar="N FILE",
             help="Solve, and choose N of the measurements in a CSV file ([COLLECTION=]FILE).",
+        ),
+        click.option(
+            "--plot",
+            type=click.Path(dir_okay=False),
+            metavar="FILE",
+            help="Draw the uncertainty of projection of a camera (.png, .pdf, .svg).",
         ),
         click.option(
             "--report",
@@ -84,19 +90,27 @@ def judge(
     result: Any,
     title: str,
     report: str | None,
+    plot: str | None,
     image: tuple[float, float] | None,
     as_json: bool,
 ) -> int:
-    """Print the verdict, write its report; the exit code."""
+    """Print the verdict, write its report and its picture; the exit code."""
     found = instance.verdict()
+    written = [path for path in (report, plot) if path is not None]
+    if plot is not None:
+        # imported here: start-up time
+        from arael.plot.figure import save
+        from arael.plot.projection import projection_figure
+
+        save(projection_figure(instance.projection_uncertainty(image)), Path(plot))
     if report is not None:
         _write(instance, found, result, title, report, image)
     if as_json:
         click.echo(json.dumps({**found.to_dict(), "result": result.to_dict()}))
     else:
         click.echo(f"{_line(result)}\n\n{found}")
-        if report is not None:
-            click.echo(f"wrote {shown(report)}", err=True)
+        for path in written:
+            click.echo(f"wrote {shown(path)}", err=True)
     return Exit.OK if found.good else Exit.NOT_CONVERGED
 
 

@@ -105,6 +105,20 @@ def test_healthy_data_is_not_accused_in_200_draws(load: Load) -> None:
         assert verdict.good, (seed, str(verdict))
 
 
+def test_weights_of_rows_are_no_measurements(load: Load) -> None:
+    # A smaller sigma of the same rows would lower each deviation, and determine nothing new.
+    text = planted.RANGER.replace("reading:  real", "reading: real; sigma: real").replace(
+        "/ 0.01 }", "/ sigma }"
+    )
+    model: Any = load(text)()
+    rng = np.random.default_rng(0)
+    model.shots.extend(
+        distance=np.full(20, 2.0), reading=rng.normal(2, 0.01, 20), sigma=np.full(20, 0.01)
+    )
+    model.solve()
+    assert missing(model.verdict()) == {"shots.distance": {""}}
+
+
 def test_the_promised_deviation_is_what_more_data_gives(load: Load) -> None:
     # With as many fixes again, turned about all axes, the lever arm is known as well as promised.
     verdict = judged(load, "one rotation axis")

@@ -105,9 +105,20 @@ def test_the_page_of_a_camera_has_its_picture(arael: Arael, tmp_path: Path) -> N
     (tmp_path / "data.json").write_text(json.dumps({"corners": corners}))
     path = tmp_path / "verdict.html"
     files = (tmp_path / "lens.arael", tmp_path / "data.json")
-    options = ("--verdict", "--report", path, "--image", "640", "400")
-    assert arael("diagnose", *files, *options).code == 0
+    drawn = tmp_path / "lens.png"
+    options = ("--verdict", "--report", path, "--plot", drawn, "--image", "640", "400")
+    found = arael("diagnose", *files, *options)
+    assert found.code == 0
+    assert "lens.png" in found.err
     assert "<svg" in path.read_text()
+    assert drawn.read_bytes().startswith(b"\x89PNG")
+
+
+@needs("matplotlib")
+def test_a_model_without_pixels_has_no_picture(arael: Arael, ranger: tuple[Path, Path]) -> None:
+    found = arael("diagnose", *ranger, "--verdict", "--plot", "lens.png")
+    assert found.code == 2
+    assert "E0791" in found.err
 
 
 def test_the_next_measurements_are_chosen(
