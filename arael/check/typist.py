@@ -10,6 +10,7 @@ from arael.check.binding import (
     BROKEN,
     Binding,
     Broken,
+    Collection,
     Entity,
     OptionalValue,
     RefList,
@@ -137,6 +138,12 @@ class Typist:
             hint = ["name one of its fields"] if isinstance(binding, Entity) else []
             if isinstance(binding, RefList):
                 hint = [f"write `sum(k in {span.text}) {{ ... }}`, or `{span.text}[0]` for one"]
+            if isinstance(binding, Collection):
+                path = span.text if "." in span.text else f"self.{span.text}"
+                hint = [
+                    f"`sum(row in {path}) {{ ... }}` adds over its rows; one row is reached by a "
+                    'ref, and held in the data: `"fixed": true`'
+                ]
             return self.fail(
                 "E0304",
                 span,

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from arael.check.context import Context
 from arael.check.typed import Apply, Literal_, Read, Select, Typed
 from arael.check.units import DEG, ONE, RAD, Unit
-from arael.check.units_quantities import Clash, Open, Quantity
+from arael.check.units_quantities import NUMBER, Clash, Open, Quantity
 from arael.check.units_rules import Misfit
 from arael.check.walk import operands
 from arael.diagnostics.records import Label, Span
@@ -220,6 +220,16 @@ def residual_units(t: Context, parts: Sequence[Typed]) -> None:
             _warn(t, part.span, part, units)
 
 
+def _with_unit(part: Typed, unit: Unit) -> str:
+    """How to give the number a unit by which a residual is divided or multiplied; "" if none is."""
+    if isinstance(part, Apply) and part.name in ("div", "mul"):
+        number = part.args[1]
+        if isinstance(number, Literal_) and number.unit == NUMBER and number.span.text:
+            right = unit if part.name == "div" else ONE / unit
+            return f"give the number its unit: `{number.span.text} [{right}]`"
+    return ""
+
+
 def _warn(t: Context, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
     units = " and ".join(map(str, kept))
     inverse = ONE / kept[0]
@@ -233,7 +243,8 @@ def _warn(t: Context, span: Span, part: Typed, kept: Sequence[Unit]) -> None:
         labels=[] if isinstance(part, Read) and not t.origins else sources(t, part),
         notes=["a residual is dimensionless: divide it by the standard deviation of its noise"],
         help=[
-            f"declare `isigma: real [{inverse}]` and write `{shown} * isigma`"
+            _with_unit(part, kept[0])
+            or f"declare `isigma: real [{inverse}]` and write `{shown} * isigma`"
             if len(kept) == 1
             else "multiply each part by its inverse sigma: "
             + ", ".join(f"`[{ONE / unit}]`" for unit in kept)

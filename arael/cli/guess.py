@@ -119,6 +119,10 @@ def _by_content(path: str, collection: str | None, format: str | None, found: st
     if fitting:
         listed = " or ".join(f"`{name}`" for name, _ in fitting)
         raise _unknown(path, f"the file fits several models, {listed}", "name one before the file")
+    beside = sorted(Path(path).resolve().parent.glob("*.arael"))
+    if beside:
+        names = " or ".join(f"arael solve {one.name} {files.shown(path)}" for one in beside[:3])
+        raise _unknown(path, f"no standard model has the {columns} of this file", names)
     fit = "; `arael fit FORMULA DATA` needs no model" if found == "csv" else ""
     raise _unknown(
         path,

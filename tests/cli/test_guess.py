@@ -67,6 +67,11 @@ def test_what_no_model_is_for_is_refused(
     assert done.code == 2 and "E0859" in done.err and told in done.err
 
 
+def test_models_beside_the_data_are_offered(arael: Arael, line: Path) -> None:
+    Path("walk.csv").write_text("time,range\n0,1\n1,2\n")
+    assert "arael solve line.arael walk.csv" in arael("solve", "walk.csv").err
+
+
 def test_a_missing_file_is_told_as_such(arael: Arael, here: Path) -> None:
     assert "E0712" in arael("solve", "missing.g2o").err
     assert "E0812" in arael("solve", "missing", "missing.json").err
