@@ -203,6 +203,7 @@ def main(arguments: list[str] | None = None) -> None:
     drive = simulate(seed=args.seed)
     model = calibration(drive)
     if args.data:
+        args.data.mkdir(parents=True, exist_ok=True)
         model.write(args.data / "wheel_calibration.json")
     print("\n".join(report(model, model.solve(), drive)))
     if args.plot:
