@@ -28,6 +28,7 @@ from arael.compiler.extension import import_kernels
 from arael.compiler.kernels import Loaded, find_kernels, kernels_of, standing_failure
 from arael.compiler.no_compiler import NoCompiler
 from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.frames import user_frames
 from arael.diagnostics.model_warnings import InterpretedWarning, warn_of_model
 from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.diagnostics.suggest import closest
@@ -87,8 +88,10 @@ def load(
     SlowFunctionWarning
         A Python function is bound to an ``extern fn``.
     """
-    compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
-    return class_of(compiled, functions)
+    __tracebackhide__ = True
+    with user_frames:
+        compiled = load_compiled(model, precision=precision, root=root, interpret=interpret)
+        return class_of(compiled, functions)
 
 
 def loads(
@@ -125,7 +128,9 @@ def loads(
     >>> mean.solve().converged, round(float(mean.m), 6)
     (True, 3.0)
     """
-    return class_of(_compiled_text(text, name, precision, root, interpret), functions)
+    __tracebackhide__ = True
+    with user_frames:
+        return class_of(_compiled_text(text, name, precision, root, interpret), functions)
 
 
 def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None) -> type[Model]:
@@ -140,7 +145,9 @@ def class_of(compiled: CompiledModel, functions: Mapping[str, Any] | None = None
         compiled = replace(compiled, bindings=bindings, functions=dict(functions))
 
     def construct(self: Model, /, **values: Any) -> None:
-        Model.__init__(self, compiled.current(level=3), **values)
+        __tracebackhide__ = True
+        with user_frames:
+            Model.__init__(self, compiled.current(level=3), **values)
 
     name = layout.name.encode("utf-8", "replace").decode()  # names of files need not be UTF-8
     members = {

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from arael import solving  # here, so that a first solve does not wait for imports
 from arael.compiled_model import CompiledModel
+from arael.diagnostics.frames import public, user_frames
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
 from arael.face.blocks import block_at, block_between
@@ -143,14 +144,18 @@ class Model(Displayed, Fields):
         # imported here: start-up time
         from arael import io
 
-        io.read(self, path, format, information=information)
+        __tracebackhide__ = True
+        with user_frames:
+            io.read(self, path, format, information=information)
 
     def write(self, path: str | os.PathLike[str], format: str | None = None) -> None:
         """Write the data to a file atomically (see `arael.io.write`)."""
         # imported here: start-up time
         from arael import io
 
-        io.write(self, path, format)
+        __tracebackhide__ = True
+        with user_frames:
+            io.write(self, path, format)
 
     # --- solving -----------------------------------------------------------------------------
 
@@ -318,7 +323,9 @@ class Model(Displayed, Fields):
         **settings: Any,
     ) -> Result:
         """Minimise the cost and store the solution; see `arael.solving.solve`."""
-        return solving.solve(self, config, solver, passes, **settings)
+        __tracebackhide__ = True
+        with user_frames:
+            return solving.solve(self, config, solver, passes, **settings)
 
     def _solution(self, result: Result) -> Solution:
         """What a result of this model is asked by; see `arael.Result.sensitivity`."""
@@ -475,6 +482,7 @@ class Model(Displayed, Fields):
 
         return jacobian(self._problem())
 
+    @public
     def covariance(self, scale: str = "known", gauge: str = "fixed") -> Covariance:
         """Covariance of the solution: marginal, cross, conditional, relative.
 
@@ -502,6 +510,7 @@ class Model(Displayed, Fields):
         usual = usual and not problem.layout.required
         return Covariance(problem, scale, gauge, session_factor(self, problem) if usual else None)
 
+    @public
     def report(self, scale: str = "known") -> Report:
         """Report on the current values: standard errors, correlations, chi-square, suspicions.
 
@@ -514,6 +523,7 @@ class Model(Displayed, Fields):
 
         return report(self._problem(), scale)
 
+    @public
     def profile(self, name: str, level: float = 0.95, scale: str = "known") -> Profile:
         """Confidence interval of a scalar by profile likelihood; the model keeps its values.
 
@@ -557,6 +567,7 @@ class Model(Displayed, Fields):
 
         return check_gradients(self._problem())
 
+    @public
     def diagnose(self) -> Diagnosis:
         """Report why a solve does not converge or where its result is poor.
 

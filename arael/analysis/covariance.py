@@ -23,6 +23,7 @@ from arael.analysis.freedom import FreeDirection, FreeDirections, refuse_free_di
 from arael.analysis.normal import NormalEquations
 from arael.analysis.scalars import scalar_names_within, tangent_units
 from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.frames import public
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.displayed import Displayed
 from arael.display.measured import measured
@@ -276,6 +277,7 @@ class Covariance(Displayed):
         found: Floats = np.sqrt(np.maximum(variance, 0) * self.factor)
         return found
 
+    @public
     def marginal(self, where: Where) -> Floats:
         """(k, k) marginal covariance of an entity or of one parameter; of a list, jointly."""
         if self._quick is not None:
@@ -333,10 +335,12 @@ class Covariance(Displayed):
         """(k,) names of the scalars within `where`, in the order of `marginal`."""
         return [self.names[k] for k in self._scalars(where)]
 
+    @public
     def cross(self, a: Where, b: Where) -> Floats:
         """(k, l) covariance between the scalars of `a` and those of `b`."""
         return self._block(self._scalars(a), self._scalars(b))
 
+    @public
     def conditional(self, a: Where, given: Where | None = None) -> Floats:
         """(k, k) covariance of `a` given `given`; None: given all other parameters.
 
@@ -370,6 +374,7 @@ class Covariance(Displayed):
         k = len(mine)
         return both[:k, :k] - both[:k, k:] @ np.linalg.solve(both[k:, k:], both[k:, :k])
 
+    @public
     def relative(self, a: Where, b: Where) -> Floats:
         """(k, k) covariance of the difference a - b: ``C_aa - C_ab - C_ba + C_bb``.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.frames import public, user_frames
 from arael.diagnostics.records import AraelError
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
@@ -74,11 +75,15 @@ class Collection(Displayed, Fields):
         Raises AraelError: E0701 unknown field, E0702 missing, E0703-E0710 wrong values or refs,
         E0718 a key of two rows.
         """
-        return self._append(values, front=False)
+        __tracebackhide__ = True
+        with user_frames:
+            return self._append(values, front=False)
 
     def appendleft(self, /, **values: Any) -> Ref:
         """Add one row at the front of a deque; otherwise like `append`."""
-        return self._append(values, front=True)
+        __tracebackhide__ = True
+        with user_frames:
+            return self._append(values, front=True)
 
     def _append(self, values: Mapping[str, Any], front: bool) -> Ref:
         table, owner = self._table, self._owner_for_new()
@@ -123,6 +128,7 @@ class Collection(Displayed, Fields):
             return f"{self._table.label}[{self._table.size}]"
         return f"{self._table.parent.name_of(owner, self._table.layout.field)}[{len(self)}]"
 
+    @public
     def extend(self, n: Any = None, /, *, parent: Any = None, **values: Any) -> Refs:
         """Add many rows from arrays or a data frame, without Python per row.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.frames import user_frames
 from arael.diagnostics.records import AraelError
 from arael.face import formulas, given
 from arael.face.blocks import read_block
@@ -73,7 +74,11 @@ class Fields:
         if group is None or name.startswith("__"):
             raise AttributeError(name)
         known = group.plain.get(name)
-        return self._read(name) if known is None else self._get(known)
+        if known is not None:
+            return self._get(known)
+        __tracebackhide__ = True
+        with user_frames:
+            return self._read(name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_") and name not in self._group.members:
@@ -83,7 +88,9 @@ class Fields:
             raise AttributeError(f"`{name}` cannot be set")
         if name not in self._group.members and formulas.formula_at(self, name):
             raise AttributeError(f"`{name}` is a formula: set the fields that it is computed from")
-        self._set(self._member(name), value)
+        __tracebackhide__ = True
+        with user_frames:
+            self._set(self._member(name), value)
 
     def __getitem__(self, path: str) -> Any:
         """Return the field at a dotted path; ``path?`` is the presence of an optional."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.frames import public
 from arael.fitting.curve import Curve, Parameter, Points, curve_of
 from arael.fitting.estimates import estimates
 from arael.fitting.formula import Formula, measured_column, read_formula
@@ -24,6 +25,7 @@ Array = NDArray[np.float64]
 Trace = Callable[[str], object]
 
 
+@public
 def fit(
     formula: str,
     data: Any,

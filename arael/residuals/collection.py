@@ -8,6 +8,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from arael.check.report import Reporter
 from arael.diagnostics.arguments import wrong_argument
+from arael.diagnostics.frames import user_frames
 from arael.diagnostics.records import Findings
 from arael.residuals.augmented_model import AugmentedModel
 from arael.residuals.code import CodeResidual, CodeUpdate
@@ -40,7 +41,8 @@ def _alone(
 
     @wraps(method)
     def locked(self: Residuals, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        with self._model._store.use.lock:
+        __tracebackhide__ = True
+        with user_frames, self._model._store.use.lock:
             return method(self, *args, **kwargs)
 
     return locked
