@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from arael.analysis.report import Report
     from arael.analysis.residual_values import ResidualValues
     from arael.analysis.verdict import Verdict
+    from arael.certificates.certificate import Certificate
     from arael.config import LmConfig
     from arael.plot.map import View
     from arael.plot.problem import What
@@ -333,6 +334,20 @@ class Model(Displayed, Fields):
         from arael.solution import solution_of
 
         return solution_of(self, result)
+
+    def _certificate(self, result: Result) -> Certificate:
+        """See `arael.Result.certificate`."""
+        # imported here: start-up time
+        from arael.solution import certified
+
+        return certified(self, result)[0]
+
+    def _escaped(self, result: Result, settings: Mapping[str, Any]) -> Result:
+        """See `arael.Result.escape`."""
+        # imported here: start-up time
+        from arael.solution import escaped
+
+        return escaped(self, result, settings)
 
     def prepare(
         self,

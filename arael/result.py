@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from arael.analysis.propagation import Propagation
     from arael.analysis.sensitivities import Sensitivity
     from arael.analysis.verdict import Verdict
+    from arael.certificates.certificate import Certificate
     from arael.notes import Note
     from arael.runtime.constrained.required import Required
     from arael.runtime.levenberg.outcomes import Components
@@ -131,7 +132,9 @@ class Result(Displayed):
         return notes
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = {k: v for k, v in self.__dict__.items() if k not in ("model", "solution")}
+        kept = {
+            k: v for k, v in self.__dict__.items() if k not in ("model", "solution", "certified")
+        }
         return {**kept, "checks": self.notes}
 
     @property
@@ -199,6 +202,39 @@ class Result(Displayed):
             E1060: no such path, a model that was changed, or no strict minimum.
         """
         found: Sensitivity = self._solution().sensitivity(of, to, exact)
+        return found
+
+    @property
+    def certificate(self) -> Certificate:
+        """Whether this is the global optimum; of models that are quadratic in rotations.
+
+        Of pose graphs, landmarks and points seen from poses: residuals that are linear in rotation
+        matrices and positions, after a turn that their norm does not see. Where the model's own
+        error of a rotation is an angle, or a weight is not the same in all directions, it is that
+        of the chordal twin of the model. Read anew from the model at the first access.
+
+        Raises
+        ------
+        AraelError
+            E1060: the model has other values now; E1061: there is none of this model.
+        """
+        found: Certificate | None = self.__dict__.get("certified")
+        if found is None:
+            found = self.__dict__["certified"] = self._model()._certificate(self)
+        return found
+
+    def escape(self, **settings: Any) -> Result:
+        """Leave a minimum that is not certified along the direction of descent, and solve again.
+
+        By the Riemannian staircase. The model is solved from the lower minimum with `settings` of
+        `arael.Model.solve`; a certified result is returned as it is.
+
+        Raises
+        ------
+        AraelError
+            As `certificate`.
+        """
+        found: Result = self._model()._escaped(self, settings)
         return found
 
     def _solution(self) -> Any:

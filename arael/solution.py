@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from arael.analysis.influence import Influence
     from arael.analysis.propagation import Propagation
     from arael.analysis.sensitivities import Quantity, Sensitivities, Sensitivity
+    from arael.certificates.certificate import Certificate
+    from arael.certificates.problem import ChordalProblem
     from arael.result import Result
 
 
@@ -48,21 +50,11 @@ class Solution:
         model._store.check_complete()
         self.problem = problem_of(model, self.frozen)
         now = self.problem.x
-        if x is not None and not (len(now) == len(x) and np.array_equal(now, x)):
-            raise self._changed("values")
+        if x is not None and not _same_values(now, x):
+            raise _changed(self.problem.layout.name, "values")
         if cost is not None and not self._has_cost(cost):
-            raise self._changed("data")
+            raise _changed(self.problem.layout.name, "data")
         self.system = ImplicitSystem(self.problem, session_factor(model, self.problem))
-
-    def _changed(self, what: str) -> AraelError:
-        return AraelError(
-            Diagnostic(
-                "E1060",
-                f"the model has other {what} than at the end of this solve",
-                origin=self.problem.layout.name,
-                help=("solve again, and ask the result of that solve",),
-            )
-        )
 
     def _has_cost(self, cost: float) -> bool:
         """Whether the cost is still that of the solve, or does not tell.
@@ -86,7 +78,7 @@ class Solution:
         now = problem_of(self.model, self.frozen)
         return (
             now.structure is self.problem.structure
-            and np.array_equal(now.x, x)
+            and _same_values(now.x, x)
             and all(
                 a is b or (np.array_equal(a.data, b.data) and np.array_equal(a.uniform, b.uniform))
                 for a, b in zip(now.instances, self.problem.instances, strict=True)
@@ -193,3 +185,55 @@ def solution_of(model: Any, result: Result) -> Solution:
         known = Solution(model, result.frozen, result.x, result.end_cost)
         result.__dict__["solution"] = known
     return known
+
+
+def certified(model: Any, result: Result) -> tuple[Certificate, ChordalProblem]:
+    """Certificate of a result of a model, and the chordal problem that it is of.
+
+    Raises
+    ------
+    AraelError
+        E1060: the model has other values now; E1061: there is no certificate of this model.
+    """
+    # imported here: start-up time
+    from arael.certificates.certificate import certify
+
+    problem = problem_of(model, result.frozen)
+    if not _same_values(problem.x, result.x):
+        raise _changed(problem.layout.name, "values")
+    return certify(model._compiled, problem)
+
+
+def escaped(model: Any, result: Result, settings: Mapping[str, Any]) -> Result:
+    """The result of a solve from a lower minimum; `result` if it is certified.
+
+    Raises
+    ------
+    AraelError
+        As `certified`.
+    """
+    # imported here: start-up time
+    from arael.certificates.certificate import climbed
+
+    found, chordal = certified(model, result)
+    if found.certified:
+        return result
+    chordal.put(climbed(chordal, found))
+    lower: Result = model.solve(**settings)
+    return lower
+
+
+def _same_values(now: Any, x: Any) -> bool:
+    """Whether values are those of a solve; quaternions are normalised when they are written."""
+    return len(now) == len(x) and np.allclose(now, x, rtol=1e-12, atol=1e-12)
+
+
+def _changed(name: str, what: str) -> AraelError:
+    return AraelError(
+        Diagnostic(
+            "E1060",
+            f"the model has other {what} than at the end of this solve",
+            origin=name,
+            help=("solve again, and ask the result of that solve",),
+        )
+    )

@@ -16,8 +16,16 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def question_options(function: F) -> F:
-    """Add ``--sensitivity`` and ``--uncertain``."""
+    """Add ``--sensitivity``, ``--uncertain``, ``--certify`` and ``--escape``."""
     for option in (
+        click.option(
+            "--escape",
+            is_flag=True,
+            help="Leave a minimum that is not certified, and solve again.",
+        ),
+        click.option(
+            "--certify", is_flag=True, help="Whether this is the global optimum of a pose graph."
+        ),
         click.option(
             "--uncertain",
             multiple=True,
@@ -43,13 +51,17 @@ class Questions:
     ----------
     sensitivity : scalars or formulas
     uncertain : standard deviations by path
+    certify : whether a certificate of the global optimum is asked for
     """
 
     sensitivity: tuple[str, ...] = ()
     uncertain: dict[str, float] = field(default_factory=dict)
+    certify: bool = False
 
     @classmethod
-    def of(cls, sensitivity: Sequence[str], uncertain: Sequence[str]) -> Questions:
+    def of(
+        cls, sensitivity: Sequence[str], uncertain: Sequence[str], certify: bool = False
+    ) -> Questions:
         """Read the options.
 
         Raises
@@ -73,11 +85,11 @@ class Questions:
                         help=("for instance --uncertain board.square=1e-3",),
                     )
                 )
-        return cls(tuple(sensitivity), read)
+        return cls(tuple(sensitivity), read, certify)
 
     def answers(self, result: Any, scale: str) -> list[Any]:
         """What the result says: objects with text, a sheet, and plain data."""
-        found: list[Any] = []
+        found: list[Any] = [result.certificate] if self.certify else []
         for name in self.sensitivity:
             found.append(result.sensitivity(name))
             if len(found[-1].names) == 1:
@@ -90,7 +102,7 @@ class Questions:
 def lines_of(answers: Sequence[Any]) -> Iterator[str]:
     """The answers as text."""
     for one in answers:
-        yield from str(one).splitlines()
+        yield from getattr(one, "sentence", str(one)).splitlines()
 
 
 def as_dict(answers: Sequence[Any]) -> dict[str, Any]:

@@ -133,6 +133,8 @@ def command(
     scale: str,
     sensitivity: tuple[str, ...],
     uncertain: tuple[str, ...],
+    certify: bool,
+    escape: bool,
     plot: str | None,
     view: View,
     report: str | None,
@@ -182,6 +184,8 @@ def command(
                 ("--summary", summary),
                 ("--sensitivity", sensitivity),
                 ("--uncertain", uncertain),
+                ("--certify", certify),
+                ("--escape", escape),
                 ("--output-format", output_format),
                 ("--init", init not in ("auto", "file")),
             )
@@ -211,10 +215,15 @@ def command(
     if output is not None and Path(output).is_dir():
         raise click.BadParameter(f"File '{output}' is a directory.", param_hint="'-o' / '--output'")
     _check_targets(output, covariance, plot, report)
-    questions = Questions.of(sensitivity, uncertain)
+    questions = Questions.of(sensitivity, uncertain, certify or escape)
     kernels = _check_kernels(interpret, compiled)
     _note_threads(threads)
-    asked = {"--sensitivity": sensitivity, "--uncertain": uncertain}
+    asked = {
+        "--sensitivity": sensitivity,
+        "--uncertain": uncertain,
+        "--certify": certify,
+        "--escape": escape,
+    }
     check_partition(parts, {"--solver": solver != "auto", **asked})
     loaded: Any = arael.load(model, precision=precision, interpret=kernels)  # type: ignore[arg-type]
     if parts.wanted and len(data) == 1 and _in_columns(data[0], format):
@@ -248,6 +257,10 @@ def command(
         result = solve(instance, **parts.options(), **chosen).result
     else:
         result = run(instance, solver, strategy, passes, threads, max_iters, verbose, as_json)
+        if escape and not result.certificate.certified:
+            if not as_json:
+                click.echo(f"{result.certificate.sentence}; leaving it", err=True)
+            result = result.escape(solver=solver, passes=list(passes) or None)
     solution = solution_of(instance, loaded.layout, shown)
     details = instance.report(scale) if summary else None
     answers = questions.answers(result, scale)

@@ -1,0 +1,1 @@
+"""Certificates of the global optimum, for costs that are quadratic in rotations and positions."""

@@ -1,0 +1,50 @@
+"""Sparse matrices by blocks, factorised by the solver of the runtime."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arael.runtime.assembly.pattern import BlockPattern
+from arael.runtime.linear.analysis import analyse
+from arael.runtime.linear.compiled import SparseSolver
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class BlockMatrix:
+    """Factorisations of matrices on the blocks of a chordal problem.
+
+    Parameters
+    ----------
+    blocks : (k,) number of columns of each block
+    q : a matrix with all entries that the others have
+    """
+
+    def __init__(self, blocks: Ints, q: Any) -> None:
+        entries = q.tocoo()
+        ends = np.cumsum(blocks)
+        first = ends - blocks
+        of_row = np.searchsorted(ends, entries.row, side="right")
+        of_column = np.searchsorted(ends, entries.col, side="right")
+        self._pattern = BlockPattern.from_pairs(blocks, of_row, of_column)
+        self._analysis = analyse(self._pattern, "minimum_degree")
+        self._first, self._ends, self._blocks = first, ends, blocks
+        self.mean = float(q.diagonal().mean())
+
+    def factorised(self, matrix: Any, shift: Floats) -> SparseSolver | None:
+        """A factor of ``matrix + diag(shift)``; None if it is not positive definite."""
+        entries = matrix.tocoo()
+        lower = entries.row >= entries.col
+        row, column, value = entries.row[lower], entries.col[lower], entries.data[lower]
+        i = np.searchsorted(self._ends, row, side="right")
+        j = np.searchsorted(self._ends, column, side="right")
+        start = self._pattern.find(i, j)
+        values = np.zeros(self._pattern.value_count)
+        values[start + (row - self._first[i]) * self._blocks[j] + column - self._first[j]] = value
+        solver = SparseSolver(self._pattern, analysis=self._analysis)
+        diagonal = np.asarray(matrix.diagonal()) + shift
+        return None if (diagonal <= 0).any() or solver.factorise(values, diagonal) else solver
