@@ -1,7 +1,7 @@
 """Files that a model imports: in which folders they may be, and how many there may be.
 
 A model may be untrusted, and errors in a file are shown with its text. So imports can only read
-models in the folder of the model or below it.
+models in the folder of the model or below it, and those of the library that comes with arael.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from arael.diagnostics.records import AraelError, Diagnostic, Source
 from arael.syntax.files import read_source
 from arael.syntax.parser import parse
 from arael.syntax.tree import File, Import
+
+LIBRARY = Path(__file__).parents[1] / "library"
+"""Files that any model may import by name, unless there is one of that name beside it."""
 
 MAX_FILES = 64
 """Files of one model."""
@@ -81,6 +84,8 @@ def _within(item: Import, folder: Path) -> tuple[Path, Path]:
     if name.suffix != ".arael":
         raise _outside(item, "an import names a model: a file that ends in `.arael`")
     path = beside / name
+    if len(name.parts) == 1 and not path.exists() and (LIBRARY / name).is_file():
+        return LIBRARY / name, (LIBRARY / name).resolve()
     try:
         real = path.resolve()
         inside = real.is_relative_to(folder.resolve())
