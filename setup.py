@@ -34,7 +34,10 @@ LONGEST = ("linear/compiled", "levels/compiled", "levenberg/compiled")
 
 # Optimised most. Rows of sketches take 16 % longer with -O2; the machine's loops over lanes and the
 # dense kernels are loops of vectors. Solves and edits elsewhere take as long with -O2.
-HOT = ("levels/compiled", "machine/compiled", "linear/tiles", "linear/eliminate")
+HOT = (
+    "levels/compiled", "machine/compiled", "linear/tiles", "linear/eliminate",
+    "incremental/compiled",
+)  # fmt: skip
 
 # Optimised least: what plans once a structure or hands calls on. Analyses take as long as with -O3.
 PLAIN = (

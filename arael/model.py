@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from arael.config import LmConfig
     from arael.plot.map import View
     from arael.plot.problem import What
+    from arael.online.result import UpdateResult
     from arael.residuals.code import CodeResidual, CodeUpdate
     from arael.residuals.collection import Residuals
     from arael.result import Result
@@ -348,6 +349,66 @@ class Model(Displayed, Fields):
         from arael.solution import escaped
 
         return escaped(self, result, settings)
+    def update(
+        self,
+        *,
+        tolerance: float | None = None,
+        max_seconds: float | None = None,
+        freeze: str | Iterable[str] = (),
+    ) -> UpdateResult:
+        """Take in what has changed since the last update; newest estimates in a short time.
+
+        Rows that were appended or removed, other values, data and flags are found by comparison, as
+        a solve does. A factor is kept from update to update: what lies above a change is eliminated
+        anew, and parameters are linearised anew where their residuals are off by more than the
+        tolerance. The page *Online* says when to use which of `update` and `solve`.
+
+        Parameters
+        ----------
+        tolerance : in standard deviations of a residual; by default 1e-3. With 0 an update is one
+            Gauss-Newton step of the whole problem from the present values
+        max_seconds : no further step begins after that time; what is left is for the next update
+        freeze : as of `solve`
+
+        Returns
+        -------
+        UpdateResult
+            What moved, and how much was computed. What `update` does not support, and a step that
+            raises the cost, is solved in full: ``full`` is set, and ``reason`` says why.
+
+        Raises
+        ------
+        SolveError, AraelError
+            As `solve` does without passes.
+        """
+        # imported here: start-up time
+        from arael.online.update import TOLERANCE, update
+
+        return update(
+            self,
+            tolerance=TOLERANCE if tolerance is None else tolerance,
+            max_seconds=max_seconds,
+            freeze=freeze,
+        )
+
+    def marginal(self, row: Ref) -> NDArray[np.float64]:
+        """Marginal covariance (k, k) of the parameters of a row, over their tangent scalars.
+
+        After `update` from its factor, which takes microseconds for the newest rows: at the
+        linearisation points, which are within the tolerance of the estimates. Otherwise
+        ``covariance().marginal(row)``. Fixed parameters have zeros.
+
+        Raises
+        ------
+        SolveError
+            E1008: directions are free; they are named.
+        AraelError
+            E0709 the ref is stale; E1009 the row has no parameters.
+        """
+        # imported here: start-up time
+        from arael.online.marginal import marginal
+
+        return marginal(self, row)
 
     def prepare(
         self,

@@ -47,6 +47,7 @@ class Session:
     determined: bool = False  # whether symmetries of the cost were looked for and not found
     stamp: int = 0  # counts what used the memory of the linear solver
     swept: tuple[Any, Any] | None = None  # a solver, and where its forward sweep leaves its result
+    online: Any = None  # the tracker of `Model.update`, which has a factor of its own
     _problem: Problem | None = None
     _linear: LinearSolver | None = None
     _asked: tuple[str, dict[str, Any]] | None = None
@@ -74,7 +75,7 @@ class Session:
     def release(self) -> None:
         """Free all memory; the next solve starts from the model's data alone."""
         self._problem = self._linear = self._asked = self._choice = None
-        self.structural = self.swept = None
+        self.structural = self.swept = self.online = None
         self.determined = False
         self.stamp += 1
 

@@ -221,7 +221,7 @@ def frozen_by(
 def current_problem(model: Solvable, session: Session, frozen: frozenset[str]) -> Problem:
     """The problem of the session at the current values, a new one if the structure changed."""
     with model._store.use.lock:
-        found = session.refreshed(_posed(model)[1], frozen)
+        found = session.refreshed(posed(model)[1], frozen)
         return found or session.keep(problem_of(model, frozen, keep_idle=True))
 
 
@@ -248,7 +248,7 @@ def problem_of(model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool =
     compiled = model._compiled
     bindings = getattr(compiled, "bindings", None) or {}
     with model._store.use.lock:
-        layout, store, programs = _posed(model)
+        layout, store, programs = posed(model)
         return Problem(
             layout,
             store,
@@ -263,10 +263,10 @@ def problem_of(model: Solvable, frozen: Iterable[str] = (), *, keep_idle: bool =
 
 def layout_of(model: Solvable) -> Layout:
     """Layout of a model, the residuals added at run time included."""
-    return _posed(model)[0]
+    return posed(model)[0]
 
 
-def _posed(model: Solvable) -> tuple[Layout, Any, Any]:
+def posed(model: Solvable) -> tuple[Layout, Any, Any]:
     """Layout, data and programs of a model, the residuals added at run time included."""
     residuals = getattr(model, "_residuals", None)
     if residuals is None:

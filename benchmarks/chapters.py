@@ -16,6 +16,7 @@ from benchmarks import (
     demo_seeds,
     fit,
     kernels,
+    online,
     optimum,
     parts,
     pictures,
@@ -59,6 +60,7 @@ OWN: dict[str, Chapter] = {
     "demo-seeds": demo_seeds.run,
     "parts": parts.run,
     "time": clocks.run,
+    "online": online.run,
 }
 SUITES = (*BESIDE, *OWN)
 

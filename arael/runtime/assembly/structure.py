@@ -103,7 +103,7 @@ def structure_of(
             slot_rows.append(known.slot_rows[number])
         else:
             active.append(active_rows(store, group, natives))
-            slot_rows.append(_slot_rows(store, group, active[-1]))
+            slot_rows.append(rows_of_slots(store, group, active[-1]))
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     same = _same_system(store, free, known)
     system = same or build_system(store, free)
@@ -143,7 +143,7 @@ def structure_of_chosen(
         np.intersect1d(active_rows(store, group), rows, assume_unique=True)
         for group, rows in zip(layout.groups, chosen, strict=True)
     ]
-    slot_rows = [_slot_rows(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
+    slot_rows = [rows_of_slots(store, g, a) for g, a in zip(layout.groups, active, strict=True)]
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     system = build_system(store, free)
     return Structure(
@@ -270,7 +270,8 @@ def _of_lengths(store: StoreLike, group: Group, rows: Ints) -> Ints:
     return rows[chosen]
 
 
-def _slot_rows(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
+def rows_of_slots(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
+    """Per slot, the row that each active instance reads; E1005 for a null ref on the way."""
     whole = group.guard is None and not group.lengths  # then all rows are active
     walker = Walker(store, group.table, active, whole)
     found = []

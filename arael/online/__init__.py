@@ -1,0 +1,1 @@
+"""Online solving: `Model.update` takes in what has changed since the last call."""

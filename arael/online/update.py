@@ -1,0 +1,188 @@
+"""`Model.update`: an estimate after every change, from a factor that is kept."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable
+from typing import Any
+
+from arael import solving
+from arael.diagnostics.arguments import wrong_argument
+from arael.online.result import UpdateResult
+from arael.online.tracker import Tracker
+from arael.runtime.evaluation.unbound import require_bound
+from arael.runtime.machine.compiled import NativeTable
+from arael.session import Session, session_of
+
+# Residuals that are off by more than this many standard deviations from what the linearisation
+# predicts have their parameters linearised anew.
+TOLERANCE = 1e-3
+
+# Of the steps, in standard deviations: as a part of the tolerance of residuals.
+PRECISION = 0.1
+
+# Another step is taken where it may gain more than this part of the cost; a smaller gain is left to
+# the next update, which linearises the same parameters anew.
+GAIN = 1e-3
+
+# Steps that one update takes at most; most take one.
+MAX_STEPS = 10
+
+# Parts by which the cost may rise, as the estimates are exact to tolerances, and to rounding.
+RISE = 1e-3
+EXACT_RISE = 1e-9
+
+# A cost that has grown by this factor means that the steps diverge.
+DIVERGED = 1e3
+
+
+def update(
+    model: Any,
+    *,
+    tolerance: float = TOLERANCE,
+    max_seconds: float | None = None,
+    freeze: str | Iterable[str] = (),
+) -> UpdateResult:
+    """Take in what has changed since the last update, and write the new estimates into the model.
+
+    See `Model.update`.
+    """
+    began = time.perf_counter()
+    _check(tolerance, max_seconds)
+    store = model._store
+    store.check_complete()
+    frozen = solving.frozen_by(solving.layout_of(model), (), freeze)
+    session = session_of(model)
+    with store.use.solving():
+        reason = unsupported(model)
+        if reason:
+            session.online = None
+        else:
+            with session.held() as held:
+                found = _online(model, held, tolerance, max_seconds, frozen, began)
+            if found is not None:
+                return found
+            reason = "a step raised the cost"
+        settings: dict[str, Any] = {} if max_seconds is None else {"time_limit": max_seconds}
+        solved = solving.solve(model, passes=[], freeze=freeze, **settings)
+        if session.online is not None:
+            with session.held() as held:
+                _factor_at_values(held, frozen)
+    return UpdateResult(
+        cost=solved.end_cost,
+        steps=solved.iterations,
+        full=True,
+        reason=reason,
+        seconds=time.perf_counter() - began,
+        solved=solved,
+    )
+
+
+def unsupported(model: Any) -> str:
+    """Why a model is solved in full by every update; "" if it is not."""
+    layout, store, _ = solving.posed(model)
+    if layout.precision != "f64":
+        return "the model is in f32"
+    if getattr(store, "hooks", None) or getattr(store, "updates", None):
+        return "functions of the caller evaluate residuals"
+    if layout.summed:
+        return "constraints with sums over rows are evaluated term by term"
+    if any(layout.bounded) or any(store.tables[e.table].bounds_version for e in layout.entities):
+        return "parameters have bounds"
+    if any(group.index_column for group in layout.groups):
+        return "constraints are numbered"
+    return ""
+
+
+def _check(tolerance: float, max_seconds: float | None) -> None:
+    if not isinstance(tolerance, int | float) or not tolerance >= 0:
+        raise wrong_argument("update", "tolerance", "a number that is not negative", tolerance)
+    if max_seconds is not None and not (isinstance(max_seconds, int | float) and max_seconds > 0):
+        raise wrong_argument("update", "max_seconds", "a positive number of seconds", max_seconds)
+
+
+def _tracker(model: Any, session: Session) -> Tracker:
+    """The tracker of the session, a new one if the model's residuals or kernels are others."""
+    layout, store, programs = solving.posed(model)
+    kernels = model._compiled.kernels
+    found = session.online
+    if (
+        isinstance(found, Tracker)
+        and found.layout is layout
+        and found.store is store
+        and found.kernels is kernels
+    ):
+        return found
+    bindings = {**(model._compiled.bindings or {}), **getattr(store, "bindings", {})}
+    natives = NativeTable([f for f in layout.functions if f.native], bindings)
+    require_bound(layout, natives)
+    session.online = made = Tracker(layout, store, kernels, programs, natives)
+    return made
+
+
+def _online(
+    model: Any,
+    session: Session,
+    tolerance: float,
+    max_seconds: float | None,
+    frozen: frozenset[str],
+    began: float,
+) -> UpdateResult | None:
+    """An update by Gauss-Newton steps; None, with nothing written, if these raise the cost."""
+    if session is session_of(model):
+        solving.change_over(model, session)
+    try:
+        with model._store.use.lock:
+            tracker = _tracker(model, session)
+            tracker.take(frozen)
+        engine = tracker.engine
+        if tolerance == 0:
+            engine.relinearise_all()
+        relinearised = refactored = steps = left = 0
+        start = math.nan
+        while True:
+            engine.prepare()
+            relinearised += engine.relinearised
+            if steps == 0:
+                start = engine.cost
+            left = engine.step(tolerance if tolerance else math.inf, PRECISION * tolerance)
+            refactored += engine.tree.refactored
+            steps += 1
+            if left == 0 or steps >= MAX_STEPS or not engine.cost <= DIVERGED * start:
+                break
+            if engine.error <= GAIN * engine.cost and engine.cost <= start * (1 + RISE):
+                break
+            if max_seconds is not None and time.perf_counter() - began > max_seconds:
+                break
+        if not engine.cost <= start * (1 + (RISE if tolerance else EXACT_RISE)) + 1e-12:
+            engine.take_moved()
+            return None
+        moved = tracker.put_back()
+    except BaseException:
+        session.online = None  # the next update starts from the data
+        raise
+    return UpdateResult(
+        cost=engine.cost,
+        steps=steps,
+        moved=sum(map(len, moved.values())),
+        moved_rows=moved,
+        relinearised=relinearised,
+        refactored=refactored,
+        deferred=left,
+        undetermined=engine.tree.undetermined,
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _factor_at_values(session: Session, frozen: frozenset[str]) -> None:
+    """Linearise and factor at the values of the store, after a solve."""
+    tracker: Tracker = session.online
+    try:
+        tracker.forget()
+        tracker.take(frozen)
+        tracker.engine.prepare()
+        tracker.engine.factorise()
+    except BaseException:
+        session.online = None
+        raise

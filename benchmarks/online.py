@@ -1,0 +1,326 @@
+"""An estimate after every pose: `Model.update` beside GTSAM's iSAM2, by turns.
+
+Poses are taken in one at a time with the measurements whose last pose they are, from guesses by
+odometry at the newest estimate. Times include appending the rows, the update, and reading the
+newest pose; the guess is computed outside of them. The first step of a file is left out.
+
+``python -m benchmarks.online FILE [--poses N]`` prints the figures of one file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import arael
+from benchmarks.cases import DATA
+from benchmarks.problems import pose_graph_model
+
+FILES = (
+    "pose_graph_2d/intel.g2o",
+    "pose_graph_2d/M3500.g2o",
+    "pose_graph_3d/parking-garage.g2o",
+    "pose_graph_3d/sphere2500.g2o",
+    "landmark_2d/victoria_park.txt",
+)
+EVERY = 100
+"""Steps between comparisons with the batch optimum."""
+
+
+@dataclass
+class Measured:
+    """Milliseconds of each step, and how far costs were above the batch optimum."""
+
+    name: str
+    times: list[float] = field(default_factory=list)
+    costs: list[float] = field(default_factory=list)
+    above: list[float] = field(default_factory=list)
+    full: int = 0
+
+    def figures(self) -> str:
+        """Mean, 99th percentile and maximum."""
+        if not self.times:
+            return "-"
+        high = np.percentile(self.times, 99)
+        return f"{statistics.fmean(self.times):.3g} / {high:.3g} / {max(self.times):.3g}"
+
+
+class Stream:
+    """A file as a sequence of steps: per pose, the rows of the edges that it completes.
+
+    Attributes
+    ----------
+    whole : the model with all data
+    last : (edges,) the later pose of each edge
+    order : (edges,) edges by their later pose
+    """
+
+    def __init__(self, path: Path, poses: int | None) -> None:
+        self.path = path
+        self.flat = pose_graph_model(path) == "pose_graph_2d"
+        self.model = arael.load(pose_graph_model(path))
+        self.whole = self.model()
+        self.whole.read(path)
+        edges = self.whole.edges
+        self.a, self.b = rows(edges, "a"), rows(edges, "b")
+        self.turn = "th" if self.flat else "q"
+        names = ["t", self.turn, "u"]
+        self.edge = {name: np.array(value_of(getattr(edges, name))) for name in names}
+        self.start = {
+            name: np.array(getattr(self.whole.poses, name).value) for name in ("t", self.turn)
+        }
+        self.held = np.array(self.whole.poses.t.fixed)
+        self.poses = min(poses or len(self.whole.poses), len(self.whole.poses))
+        last = np.maximum(self.a, self.b)
+        self.of_pose = [np.flatnonzero(last == k) for k in range(self.poses)]
+        self.landmarks = len(self.whole.landmarks)
+        if self.landmarks:
+            seen = self.whole.observations
+            self.pose, self.mark = rows(seen, "a"), rows(seen, "b")
+            self.sight = {name: np.array(value_of(getattr(seen, name))) for name in ("t", "u")}
+            self.seen_at = [np.flatnonzero(self.pose == k) for k in range(self.poses)]
+
+    def guess(self, k: int, pose_of: Any) -> Any:
+        """Pose k by an edge from an earlier one at its estimate, or as the file has it."""
+        for e in self.of_pose[k]:
+            if self.b[e] == k:
+                t, turn = pose_of(int(self.a[e]))
+                return compose(self.flat, t, turn, self.edge["t"][e], self.edge[self.turn][e])
+        return self.start["t"][k], self.start[self.turn][k]
+
+
+def rows(collection: Any, name: str) -> np.ndarray:
+    """Rows that a ref of a collection names."""
+    return np.array(collection._table.target_rows(name))
+
+
+def value_of(found: Any) -> Any:
+    """Values of data or of a parameter."""
+    return getattr(found, "value", found)
+
+
+def compose(flat: bool, t: Any, turn: Any, dt: Any, dturn: Any) -> tuple[np.ndarray, Any]:
+    """A pose followed by a relative one."""
+    if flat:
+        c, s = np.cos(turn), np.sin(turn)
+        return np.array([t[0] + c * dt[0] - s * dt[1], t[1] + s * dt[0] + c * dt[1]]), turn + dturn
+    w, v = turn[0], np.asarray(turn[1:])
+    moved = dt + 2 * np.cross(v, np.cross(v, dt) + w * np.asarray(dt))
+    dw, dv = dturn[0], np.asarray(dturn[1:])
+    q = np.array([w * dw - v @ dv, *(w * dv + dw * v + np.cross(v, dv))])
+    return t + moved, q / np.linalg.norm(q)
+
+
+def arael_steps(stream: Stream, check: bool, **settings: Any) -> Iterator[Measured]:
+    """Steps of arael; yields after each."""
+    model, found = stream.model(), Measured("arael")
+    poses, edges, turn = model.poses, model.edges, stream.turn
+    refs: list[Any] = []
+    marks: dict[int, Any] = {}
+    clock = time.thread_time
+
+    def pose_of(k: int) -> Any:
+        return np.array(refs[k].t.value), value_of(refs[k][turn])
+
+    for k in range(stream.poses):
+        t, th = stream.guess(k, pose_of)
+        data = stream.edge
+        if stream.landmarks:
+            c, s = np.cos(th), np.sin(th)
+            sights = [
+                (int(stream.mark[o]), t + np.array([[c, -s], [s, c]]) @ stream.sight["t"][o], o)
+                for o in stream.seen_at[k]
+            ]
+        began = clock()
+        refs.append(poses.append(t=t, **{turn: th}))
+        if k == 0:
+            refs[0].t.optimize = refs[0][turn].optimize = False
+        for e in stream.of_pose[k]:
+            values = {"t": data["t"][e], turn: data[turn][e], "u": data["u"][e]}
+            edges.append(a=refs[stream.a[e]], b=refs[stream.b[e]], **values)
+        if stream.landmarks:
+            for mark, place, o in sights:
+                if mark not in marks:
+                    marks[mark] = model.landmarks.append(t=place)
+                model.observations.append(
+                    a=refs[k], b=marks[mark], t=stream.sight["t"][o], u=stream.sight["u"][o]
+                )
+        if k:
+            result = model.update(**settings)
+            value_of(refs[-1].t)
+            found.times.append(1e3 * (clock() - began))
+            found.costs.append(result.cost)
+            found.full += result.full
+            if check and k % EVERY == 0:
+                found.above.append(above(model))
+        yield found
+
+
+def above(model: Any) -> float:
+    """How far the cost is above the optimum, relative to it."""
+    now = model.cost()
+    copy = model.copy()
+    best = copy.solve(passes=[], rel_precision=1e-12, abs_precision=0.0, max_iters=100).end_cost
+    return max(0.0, now / best - 1) if best > 0 else 0.0
+
+
+def gtsam_steps(stream: Stream, check: bool) -> Iterator[Measured]:
+    """Steps of iSAM2 on the same stream; yields after each."""
+    import gtsam
+
+    found = Measured("iSAM2")
+    parameters = gtsam.ISAM2Params()
+    parameters.setRelinearizeThreshold(0.01)
+    smoother = gtsam.ISAM2(parameters)
+    clock = time.thread_time
+    landmarks = set()
+    whole = gtsam.NonlinearFactorGraph()
+    if stream.flat:
+        between, wide = gtsam.BetweenFactorPose2, 3
+
+        def edge(e: int) -> Any:
+            return gtsam.Pose2(*stream.edge["t"][e], float(stream.edge["th"][e]))
+    else:
+        graph, _ = gtsam.readG2o(str(stream.path), True)
+        between, wide = gtsam.BetweenFactorPose3, 6
+
+    def noise(u: Any) -> Any:
+        return gtsam.noiseModel.Gaussian.SqrtInformation(np.asarray(u))
+
+    estimate: Any = None
+
+    def pose_of(k: int) -> Any:
+        if stream.flat:
+            pose = smoother.calculateEstimatePose2(k)
+            return np.array([pose.x(), pose.y()]), pose.theta()
+        pose = smoother.calculateEstimatePose3(k)
+        q = pose.rotation().toQuaternion()
+        return pose.translation(), np.array([q.w(), q.x(), q.y(), q.z()])
+
+    for k in range(stream.poses):
+        t, turn = stream.guess(k, pose_of)
+        values, factors = gtsam.Values(), gtsam.NonlinearFactorGraph()
+        if stream.landmarks:
+            c, s = np.cos(turn), np.sin(turn)
+            sights = [
+                (int(stream.mark[o]), t + np.array([[c, -s], [s, c]]) @ stream.sight["t"][o], o)
+                for o in stream.seen_at[k]
+            ]
+        began = clock()
+        if stream.flat:
+            pose = gtsam.Pose2(t[0], t[1], float(turn))
+        else:
+            pose = gtsam.Pose3(gtsam.Rot3(*turn), np.asarray(t))
+        values.insert(k, pose)
+        if k == 0:
+            held = gtsam.noiseModel.Isotropic.Sigma(wide, 1e-6)
+            prior = gtsam.PriorFactorPose2 if stream.flat else gtsam.PriorFactorPose3
+            factors.add(prior(0, pose, held))
+        for e in stream.of_pose[k]:
+            if stream.flat:
+                model = noise(stream.edge["u"][e])
+                factors.add(between(int(stream.a[e]), int(stream.b[e]), edge(e), model))
+            else:
+                factors.add(graph.at(int(e)))
+        if stream.landmarks:
+            for mark, place, o in sights:
+                key = 10_000_000 + mark
+                if mark not in landmarks:
+                    landmarks.add(mark)
+                    values.insert(key, gtsam.Point2(*place))
+                x, y = stream.sight["t"][o]
+                bearing = gtsam.Rot2(float(np.arctan2(y, x)))
+                distance = float(np.hypot(x, y))
+                factors.add(
+                    gtsam.BearingRangeFactor2D(
+                        k, key, bearing, distance,
+                        polar_noise(gtsam, stream.sight["u"][o], x, y),
+                    )
+                )  # fmt: skip
+        smoother.update(factors, values)
+        if stream.flat:
+            smoother.calculateEstimatePose2(k)
+        else:
+            smoother.calculateEstimatePose3(k)
+        if k:
+            found.times.append(1e3 * (clock() - began))
+        if check:
+            whole.push_back(factors)
+        if check and k and k % EVERY == 0:
+            estimate = smoother.calculateEstimate()
+            now = whole.error(estimate)
+            stop = gtsam.LevenbergMarquardtParams()
+            stop.setRelativeErrorTol(1e-12)
+            best = gtsam.LevenbergMarquardtOptimizer(whole, estimate, stop).optimize()
+            found.above.append(max(0.0, now / whole.error(best) - 1))
+        yield found
+
+
+def polar_noise(gtsam: Any, u: Any, x: float, y: float) -> Any:
+    """Noise of a Cartesian sight as one of bearing and range."""
+    r = float(np.hypot(x, y))
+    by = np.array([[-y, x / r], [x, y / r]])  # d(x, y) by (bearing, range)
+    return gtsam.noiseModel.Gaussian.SqrtInformation(
+        np.linalg.cholesky((np.asarray(u) @ by).T @ (np.asarray(u) @ by)).T
+    )
+
+
+def measure(path: Path, poses: int | None, check: bool, peers: bool) -> list[Measured]:
+    """Both by turns, a step of one and a step of the other."""
+    stream = Stream(path, poses)
+    runs = [arael_steps(stream, check)]
+    if peers:
+        runs.append(gtsam_steps(stream, check))
+    found: list[Measured] = []
+    for found in map(list, zip(*runs, strict=True)):  # noqa: B007
+        pass
+    return found
+
+
+def line(path: Path, one: Measured) -> str:
+    """A row of the table."""
+    worst = f"{max(one.above):.1e}" if one.above else "-"
+    return f"| {path.stem} | {one.name} | {one.figures()} | {worst} | {one.full or ''} |"
+
+
+def run(plan: Any, picture: Path | None = None) -> list[str]:
+    """The suite."""
+    lines = [
+        "## online", "",
+        "One pose at a time; milliseconds mean / 99th percentile / maximum; the largest distance of"
+        " the cost to the batch optimum, of every hundredth step.", "",
+        "| data | system | ms | above optimum | full solves |", "|---|---|---|---|---|",
+    ]  # fmt: skip
+    for name in FILES:
+        path = DATA / name
+        if not path.exists():
+            lines.append(f"| {path.stem} | not there (`ARAEL_DATA`) | | | |")
+            continue
+        poses = 300 if plan.quick else None
+        for one in measure(path, poses, not plan.quick, "gtsam" in plan.peers):
+            lines.append(line(path, one))
+    return lines
+
+
+def main() -> None:
+    """Figures of one file."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.online")
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--poses", type=int)
+    parser.add_argument("--check", action="store_true", help="compare with the batch optimum")
+    parser.add_argument("--alone", action="store_true", help="without iSAM2")
+    chosen = parser.parse_args()
+    for one in measure(chosen.file, chosen.poses, chosen.check, not chosen.alone):
+        sys.stdout.write(line(chosen.file, one) + "\n")
+
+
+if __name__ == "__main__":
+    main()
