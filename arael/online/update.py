@@ -90,6 +90,10 @@ def unsupported(model: Any) -> str:
         return "constraints with sums over rows are evaluated term by term"
     if any(layout.bounded) or any(store.tables[e.table].bounds_version for e in layout.entities):
         return "parameters have bounds"
+    if any(group.require for group in layout.groups):
+        return "rows of it must hold exactly"
+    if any(group.look_ups for group in layout.groups):
+        return "constraints look up between rows"
     if any(group.index_column for group in layout.groups):
         return "constraints are numbered"
     return ""
