@@ -349,6 +349,7 @@ class Model(Displayed, Fields):
         from arael.solution import escaped
 
         return escaped(self, result, settings)
+
     def update(
         self,
         *,
