@@ -194,8 +194,10 @@ def report(rig: Any, result: Any) -> list[str]:
         f"{residuals} residuals, {parameters} parameters",
     ]
     for name, value, one, truth in zip(names, values, sigma, true, strict=True):
+        digits = max(1 - int(np.floor(np.log10(one))), 0)  # two of the standard deviation
         lines.append(
-            f"  {name:15} {value:10.4g} +- {one:<8.2g} error {(value - truth) / one:+.1f} sigma"
+            f"  {name:15} {value:10.{digits}f} +- {one:<8.{digits}f} "
+            f"error {(value - truth) / one:+.1f} sigma"
         )
     mount = rig.cameras[1].mount
     off = 1e3 * np.linalg.norm(mount.translation - LENSES[1].t)
