@@ -182,6 +182,17 @@ class NormalEquations:
             )
         return solver
 
+    def covariance(self) -> tuple[Floats, Floats]:
+        """Pseudo-inverse (n, n) of J'J, and standard deviations (n,), infinite where it is free."""
+        values, vectors = np.linalg.eigh(self.dense)
+        scale = self.scale[self.free]
+        loose = values <= self.tolerance
+        kept = vectors[:, ~loose] / np.sqrt(values[~loose])
+        inverse = (kept @ kept.T) * scale[:, None] * scale
+        sigma = np.sqrt(np.diag(inverse))
+        sigma[np.linalg.norm(vectors[:, loose], axis=1) > 1e-6] = np.inf
+        return inverse, sigma
+
     def damped(self) -> SparseSolver:
         """The scaled matrix, hardly damped, factorised: also where directions are free."""
         solver = SparseSolver(self.problem.structure.pattern)

@@ -9,6 +9,7 @@ compensate an error of the camera, has no part in it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,6 @@ from numpy.typing import NDArray
 from arael.analysis.jacobian import jacobian
 from arael.analysis.normal import NormalEquations
 from arael.analysis.variations import Experiments
-from arael.analysis.verdict import covariance_of
 from arael.analysis.weakness import MANY
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.system import row_name
@@ -47,6 +47,7 @@ class Projection:
     sigma : (ny, nx) standard deviation of a projection in the direction of the largest; NaN where
         no view has a point that is seen there
     seen : (n, 2) measured pixels
+    noise : standard deviation of a measured pixel that the model assumes
     """
 
     camera: str
@@ -54,6 +55,7 @@ class Projection:
     y: Floats
     sigma: Floats
     seen: Floats
+    noise: float
 
     def at(self, x: float, y: float) -> float:
         """Standard deviation at the nearest cell of the grid."""
@@ -75,9 +77,8 @@ def projection_uncertainty(
     kept = np.isin(problem.free, equations.free)
     experiments = Experiments(model, kept)
     found = _Pictures(experiments)
-    inverse, _ = covariance_of(equations)
     # A root of C: the variance of a row j of the Jacobian is |j C^(1/2)|^2.
-    values, vectors = np.linalg.eigh(inverse)
+    values, vectors = np.linalg.eigh(equations.covariance()[0])
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     return tuple(found.of(camera, size, root) for camera in found.cameras)
 
@@ -148,7 +149,7 @@ class _Pictures:
             nearest = np.linalg.norm(grid[:, None] - there[None], axis=2).argmin(axis=1)
             sources.append(own[nearest])
             wanted.append(grid)
-        slopes, found = self._predictions(np.concatenate(sources), np.concatenate(wanted))
+        slopes, found, noise = self._predictions(np.concatenate(sources), np.concatenate(wanted))
         slopes = slopes.reshape(len(views), len(grid), 2, -1)
         found = found.reshape(len(views), len(grid), 1, 1)
         count = found.sum(axis=0)
@@ -158,10 +159,17 @@ class _Pictures:
         sigma = np.where(count[:, 0, 0] > 0, np.sqrt(np.maximum(values, 0.0)), np.nan)
         name = row_name(store, self._cameras, camera) if self._cameras else ""
         return Projection(
-            name or self.experiments.layout.name, x, y, sigma.reshape(len(y), len(x)), pixel
+            name or self.experiments.layout.name,
+            x,
+            y,
+            sigma.reshape(len(y), len(x)),
+            pixel,
+            noise,
         )
 
-    def _predictions(self, sources: Ints, pixels: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    def _predictions(
+        self, sources: Ints, pixels: Floats
+    ) -> tuple[Floats, NDArray[np.bool_], float]:
         """Derivatives of predictions of given pixels.
 
         Parameters
@@ -171,7 +179,8 @@ class _Pictures:
 
         Returns
         -------
-        (n, 2, k) derivatives by the kept scalars; (n,) whether there is such a point.
+        (n, 2, k) derivatives by the kept scalars; (n,) whether there is such a point; the
+        standard deviation of a measured pixel.
         """
         base = self.experiments
         trial = Experiments(base.model, base.kept)
@@ -193,6 +202,7 @@ class _Pictures:
         slopes = np.zeros((len(sources), 2, np.count_nonzero(base.kept)))
         found = np.zeros(len(sources), dtype=bool)
         ends = np.cumsum([0, *(len(active) for active in problem.structure.active)])
+        noise: list[float] = []
         first = 0
         for number in groups:
             columns = slice(first, first + trial.layout.groups[number].residuals)
@@ -203,13 +213,15 @@ class _Pictures:
             instance = rows.constraint[mine][::2] - ends[number]
             row = problem.structure.active[number][instance]
             own = rows.matrix[np.flatnonzero(mine)][:, np.flatnonzero(base.kept)].toarray()
-            own = own.reshape(len(row), 2, -1)
+            own = own.reshape(len(row), 2, slopes.shape[2])
             weight = weights[row, columns]
             usable = good[row] & np.isfinite(own).all(axis=(1, 2))
-            usable &= np.abs(np.linalg.det(weight)) > 0
+            area = np.abs(np.linalg.det(weight))
+            usable &= area > 0
+            noise += (1 / np.sqrt(area[usable])).tolist()
             slopes[row[usable]] = np.linalg.solve(weight[usable], own[usable])
             found[row[usable]] = True
-        return slopes, found
+        return slopes, found, float(np.median(noise)) if noise else math.nan
 
     def _take_rows(self, trial: Experiments, sources: Ints, pixels: Floats) -> None:
         """Replace the rows of the collection by copies of some, with other pixels."""

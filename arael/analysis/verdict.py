@@ -16,8 +16,10 @@ from arael.analysis.freedom import FreeDirections
 from arael.analysis.jacobian import Jacobian, jacobian
 from arael.analysis.noise import Noise, Scatter, noise
 from arael.analysis.normal import NormalEquations
+from arael.analysis.projection import projection_uncertainty
 from arael.analysis.report import scalars_of
 from arael.analysis.weakness import MANY, WeakDirection, plain_name, weak_directions
+from arael.diagnostics.records import AraelError
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
 from arael.runtime.problem import Problem
@@ -32,6 +34,10 @@ _AT_ONCE = 4096
 _SHOWN = 60
 _CORRELATED = 0.5
 """Least correlation that is shown."""
+_UNCERTAIN = 5.0
+"""Uncertainty of a projection relative to a measured pixel from which a camera is poor there."""
+_PART = 0.25
+"""Least part of the picture in which it is."""
 _ZERO = 2.0
 """Standard deviations within which a parameter is not distinct from zero."""
 
@@ -105,9 +111,10 @@ class Point:
     Attributes
     ----------
     topic : ``non-finite``, ``not-minimal``, ``gauge`` (nothing holds the map), ``unseen`` (a motion
-        or view is missing), ``redundant`` (two parameters for one effect), ``scale`` (noise of
-        another size than assumed), ``group`` (large residuals at some rows), ``order`` (correlated
-        in time), ``place`` (by the part of the picture), ``bias`` (by group)
+        or view is missing), ``redundant`` (two parameters for one effect), ``coverage`` (part of a
+        picture has no points), ``scale`` (noise of another size than assumed), ``group`` (large
+        residuals at some rows), ``order`` (correlated in time), ``place`` (by the part of the
+        picture), ``bias`` (by group)
     message, advice : in words
     """
 
@@ -265,7 +272,7 @@ def verdict(model: Any) -> Verdict:
     equations = NormalEquations(problem, hold_bounds=True)
     rows = jacobian(problem)
     scalars = {name: (value, unit) for name, value, unit in scalars_of(problem)}
-    inverse, sigma = covariance_of(equations)
+    inverse, sigma = equations.covariance()
     units = {name: unit for name, (_, unit) in scalars.items()}
     free = diagnosis.free
     if free is None or equations.on_bound:
@@ -282,6 +289,7 @@ def verdict(model: Any) -> Verdict:
     else:
         remarks.append("there are too many residuals to test their pattern")
     findings += [Point(one.topic, one.message, one.advice) for one in found.patterns]
+    findings += _uncovered(model)
     determined = _determined(equations, rows, inverse, sigma, scalars)
     remarks += _without_effect(problem, determined)
     return Verdict(
@@ -296,6 +304,28 @@ def verdict(model: Any) -> Verdict:
     )
 
 
+def _uncovered(model: Any) -> Iterator[Point]:
+    """Cameras that are far less certain in part of the picture than a corner is measured."""
+    try:
+        pictures = projection_uncertainty(model)
+    except AraelError:
+        return  # no pixels
+    for one in pictures:
+        known = one.sigma[np.isfinite(one.sigma)]
+        uncertain = known > _UNCERTAIN * one.noise
+        if not len(known) or uncertain.mean() < _PART:
+            continue
+        low, high = one.seen.min(axis=0), one.seen.max(axis=0)
+        yield Point(
+            "coverage",
+            f"projections of `{one.camera}` are uncertain by {_UNCERTAIN:g} times the noise of a "
+            f"measured pixel, or more, in {100 * uncertain.mean():.0f} % of the picture",
+            f"missing: points elsewhere in the picture (now from {low[0]:.4g} to {high[0]:.4g} in "
+            f"x and from {low[1]:.4g} to {high[1]:.4g} in y); `arael diagnose --verdict --plot` "
+            "draws where",
+        )
+
+
 def _points(directions: list[WeakDirection]) -> Iterator[Point]:
     """Findings of weak directions; those of one gauge are one."""
     gauges = [one for one in directions if one.kind == "gauge"]
@@ -305,18 +335,6 @@ def _points(directions: list[WeakDirection]) -> Iterator[Point]:
     for one in directions:
         if one.kind != "gauge":
             yield Point(one.kind, one.words, one.advice)
-
-
-def covariance_of(equations: NormalEquations) -> tuple[Floats, Floats]:
-    """Pseudo-inverse (n, n) of J'J, and standard deviations (n,), infinite where it is free."""
-    values, vectors = np.linalg.eigh(equations.dense)
-    scale = equations.scale[equations.free]
-    loose = values <= equations.tolerance
-    kept = vectors[:, ~loose] / np.sqrt(values[~loose])
-    inverse = (kept @ kept.T) * scale[:, None] * scale
-    sigma = np.sqrt(np.diag(inverse))
-    sigma[np.linalg.norm(vectors[:, loose], axis=1) > 1e-6] = np.inf
-    return inverse, sigma
 
 
 def _determined(

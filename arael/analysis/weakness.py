@@ -24,10 +24,10 @@ from arael.analysis.variations import Experiments, Variation
 
 Floats = NDArray[np.float64]
 
-_WEAK = 1e-5
+_WEAK = 3e-6
 """Eigenvalue of J'J with unit diagonal below which a direction may be weak: its standard deviation
-is 300 times that of the same scalar if all others were known. Well-posed calibrations of cameras
-have 3e-5."""
+is 600 times that of the same scalar if all others were known. Calibrations of cameras from random
+views have 1e-5 to 1e-4."""
 _NEAR = ((1.0, 5.0), (3.0, 10.0))
 """Factors of the range of numbers that are tried, and the least factor by which the standard
 deviation of a weak direction must fall there. Twice as much data of the same kind lowers it by 1.4,
@@ -355,7 +355,7 @@ def _echelon(basis: Floats, preferred: NDArray[np.bool_]) -> list[tuple[Floats, 
 
 def plain_name(name: str) -> str:
     """Return the name of a scalar without the numbers of rows: that of all rows together."""
-    return re.sub(r"\[\d+\]", "", name)
+    return re.sub(r"\[\d+\](?=\.)", "", name)
 
 
 def _told_apart(names: tuple[str, ...], is_free: bool) -> str:

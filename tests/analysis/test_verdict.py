@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from arael.analysis.verdict import Verdict
+from arael.analysis.weakness import plain_name
 from arael.diagnostics.records import AraelError
 from tests.analysis import planted
 from tests.analysis.planted import HEALTHY, PLANTED
@@ -46,7 +47,7 @@ NAMED: dict[str, tuple[set[str], list[str], dict[str, set[str]]]] = {
     "short time span": ({"unseen"}, ["tau", "`a`", "`c`"], {"samples.t": {""}}),
     "one distance only": ({"unseen"}, ["gain", "offset"], {"shots.distance": {""}}),
     "rolling shutter unseen": ({"unseen"}, ["delay"], {"frames.velocity": {"x", "y"}}),
-    "few corners": ({"unseen"}, ["`c.x`", "`c.y`"], {"corners.on": {"x"}}),
+    "few corners": ({"coverage"}, ["projections of `m", "% of the picture"], {}),
     "correlated clock": ({"order"}, ["neighbours in time"], {}),
     "gauge left free": ({"gauge"}, ["along x", "along y", "turn together"], {}),
     "two parameters for one effect": ({"redundant"}, ["gain", "response"], {}),
@@ -59,7 +60,9 @@ NAMED: dict[str, tuple[set[str], list[str], dict[str, set[str]]]] = {
 def test_a_planted_deficiency_is_named(load: Load, name: str) -> None:
     wanted, words, varied = NAMED[name]
     verdict = judged(load, name)
-    assert topics(verdict) == wanted, str(verdict)
+    # Where few corners are seen, some of the parameters may not be told apart either.
+    also = {"unseen"} if name == "few corners" else set()
+    assert wanted <= topics(verdict) <= wanted | also, str(verdict)
     message = "\n".join(one.message for one in verdict.findings)
     for word in words:
         assert word in message
@@ -77,6 +80,18 @@ def test_a_planted_deficiency_is_named_with_any_noise(load: Load, name: str) -> 
         verdict = judged(load, name, seed)
         assert wanted <= topics(verdict), (seed, str(verdict))
         assert set(varied) <= set(missing(verdict)), seed
+
+
+def test_scalars_of_many_rows_are_listed_together(load: Load) -> None:
+    # Rows of more than eight views are one line for each scalar; numbers of components stay.
+    assert plain_name("views[3].poses[10].k[2]") == "views.poses.k[2]"
+    model = planted.camera(load, np.random.default_rng(0))
+    found = {one.name: one for one in model.verdict().determined}
+    together = found["views.board.rotation.x"]
+    assert together.rows == len(model.views) > 8
+    sigma = model.covariance().marginals("views")[:, 3, 3] ** 0.5
+    assert (together.sigma, together.worst) == pytest.approx((np.median(sigma), sigma.max()))
+    assert found["k.y"].rows == 1
 
 
 def test_what_does_not_help_is_not_named(load: Load) -> None:
