@@ -15,7 +15,6 @@ from arael.analysis.normal import NormalEquations
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.constrained.active import acting_rows
 from arael.runtime.constrained.limits import Limits
-from arael.runtime.constrained.states import States
 from arael.runtime.failures import listed
 from arael.runtime.levenberg.diagnosis import non_finite
 from arael.runtime.problem import Problem
@@ -306,7 +305,7 @@ def _violated(problem: Problem) -> list[Finding]:
     """Rows that hold exactly at a solution, and do not here."""
     limits = Limits(problem)
     values, entries = limits.evaluate()
-    sizes = np.maximum(States(problem).sizes(), 1e-6)
+    sizes = np.maximum(limits.states.sizes(), 1e-6)
     off = limits.violations(values)
     off = off / np.maximum(limits.lengths(entries, sizes), 1e-300)
     at = np.flatnonzero(off > 1e-6)

@@ -8,7 +8,6 @@ import numpy as np
 
 from arael.runtime.constrained.limits import Limits
 from arael.runtime.constrained.rows import Bools, Floats
-from arael.runtime.constrained.states import States
 from arael.runtime.problem import Problem
 
 # A row stands at its limit when it is closer to it than this, relative to its scale.
@@ -55,7 +54,7 @@ def acting_rows(problem: Problem, bounds: bool = True) -> Acting:
     """
     limits = Limits(problem, bounds)
     values, entries = limits.evaluate()
-    sizes = States(problem).sizes()
+    sizes = limits.states.sizes()
     typical = float(sizes.max(initial=0.0)) or 1.0
     scale = limits.lengths(entries, np.maximum(sizes, 1e-3 * typical))
     at_limit = limits.equal | (values <= AT_LIMIT * np.maximum(scale, 1e-300))

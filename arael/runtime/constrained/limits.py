@@ -26,12 +26,14 @@ class Limits:
     ----------
     rows : those of `require`
     equal : (count,) whether a row is an equality
+    states : of the problem
     bounded, sign, limit : (bounds,) scalar of each bound, 1 for a lower and -1 for an upper one,
         and the limit
     """
 
     def __init__(self, problem: Problem, bounds: bool = True) -> None:
         self.problem = problem
+        self.states = States(problem)
         self.rows = Rows(problem, problem.layout.required)
         scalars, signs, limits, entity, at = [], [], [], [], []
         for one in problem.structure.system.bounded if bounds else ():
@@ -68,7 +70,7 @@ class Limits:
             there[own] = states[number].reshape(-1)[self._at[own]]
         return np.concatenate((values, self.sign * (there - self.limit))), entries
 
-    def settle(self, multipliers: Floats, tolerance: Floats, states: States) -> None:
+    def settle(self, multipliers: Floats, tolerance: Floats) -> None:
         """Put scalars that are held by a bound exactly on it."""
         if not len(self.bounded):
             return
@@ -78,13 +80,13 @@ class Limits:
         held |= values[first:] < 0.0
         if not held.any():
             return
-        saved = states.saved()
+        saved = self.states.saved()
         widths = [entity.state for entity in self.problem.layout.entities]
         for k in np.flatnonzero(held):
             number = int(self._entity[k])
             row, column = divmod(int(self._at[k]), widths[number])
             saved[number][row, column] = self.limit[k]
-        states.back(saved)
+        self.states.back(saved)
 
     def times(self, entries: Floats, x: Floats) -> Floats:
         """Product of the derivatives with a step."""
@@ -142,6 +144,14 @@ class Limits:
         k = row - self.rows.count
         name = self.problem.structure.system.name_of(int(self.bounded[k]))
         return f"{name} {'>=' if self.sign[k] > 0 else '<='} {self.limit[k]:g}"
+
+
+def limits_of(problem: Problem) -> Limits:
+    """The rows of a problem; those of its last solve, if its structure is the same."""
+    known: tuple[Any, Limits] | None = problem.__dict__.get("exact_rows")
+    if known is None or known[0] is not problem.structure:
+        known = problem.__dict__["exact_rows"] = problem.structure, Limits(problem)
+    return known[1]
 
 
 def _of(parts: list[Any], dtype: Any) -> Any:

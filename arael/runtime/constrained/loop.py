@@ -76,6 +76,7 @@ class Linearisation:
     lengths: Floats
     weights: Floats
     violations: Floats
+    sizes: Floats  # of the scalars
 
 
 @dataclass
@@ -104,7 +105,7 @@ class Loop:
     records: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.states = States(self.problem)
+        self.states = self.limits.states
         self.tolerances = F32 if self.problem.layout.precision == "f32" else F64
         count = self.limits.count
         self.multipliers = np.zeros(count)
@@ -157,7 +158,7 @@ class Loop:
             if feasible and self.optimality <= 1.0:
                 self.multipliers = step.multipliers
                 self._polish(here, step)
-                self.limits.settle(self.multipliers, self._tolerance(), self.states)
+                self.limits.settle(self.multipliers, self._tolerance())
                 return "converged"
             y = 1.5 * np.abs(step.multipliers)
             # Where multipliers are small, violations still count like the cost of removing them.
@@ -248,6 +249,7 @@ class Loop:
             lengths,
             weights,
             limits.violations(rows),
+            sizes,
         )
 
     def _tolerance(self) -> Floats:
@@ -272,7 +274,7 @@ class Loop:
             return values, diagonal
         values = values.copy()
         rows = self.limits.rows
-        sizes = np.maximum(self.states.sizes(), 1e-2)
+        sizes = np.maximum(here.sizes, 1e-2)
         y = self.multipliers[: rows.count]
         if y.any() and rows.is_curved:
             values += rows.curvature(-y, here.entries, sizes, self.states.moved)
@@ -304,7 +306,7 @@ class Loop:
         forces = np.abs(limits.transposed(np.abs(here.entries), np.abs(y)))
         left = np.abs(here.gradient - limits.transposed(here.entries, y)) / root
         scale = max(math.sqrt(2.0 * here.cost), float((forces / root).max(initial=0.0)))
-        sizes = self.states.sizes()
+        sizes = here.sizes
         floor = 1e-13 if self.tolerances is F64 else 1e-5
         tolerance = max(
             self.tolerances.optimal * scale,

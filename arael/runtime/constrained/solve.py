@@ -9,7 +9,7 @@ import numpy as np
 
 from arael.config import LmConfig
 from arael.runtime.constrained.conflict import conflict_of
-from arael.runtime.constrained.limits import Limits
+from arael.runtime.constrained.limits import limits_of
 from arael.runtime.constrained.loop import Loop
 from arael.runtime.constrained.required import Required, Requirement
 from arael.runtime.levenberg.compiled import RECORD
@@ -35,7 +35,7 @@ def minimise_exactly(
     solver.use_threads(threads)
     problem.check_start()
     problem.state_dirty = True
-    limits = Limits(problem)
+    limits = limits_of(problem)
     if solver.single or solver.plan.get("solver") == "schur_pcg":
         # Rows are weighted by more than single precision, or approximate steps, resolve.
         solver = make_solver("auto", problem.structure.pattern, False)
@@ -51,7 +51,7 @@ def minimise_exactly(
     conflict: tuple[str, ...] = ()
     if status == "infeasible":
         conflict = conflict_of(loop)
-        limits.settle(loop.multipliers, np.zeros(limits.count), loop.states)
+        limits.settle(loop.multipliers, np.zeros(limits.count))
     total = time.perf_counter() - began + problem.seconds + analysis_seconds
     timing = {"prepare": problem.seconds, "analyse": analysis_seconds, "total": total}
     return Outcome(

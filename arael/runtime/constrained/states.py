@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.constrained.rows import Floats
+from arael.runtime.constrained.rows import Floats, Ints
 from arael.runtime.problem import Problem
 
 
@@ -23,19 +23,20 @@ class States:
             (len(block.free), entity.stored)
             for entity, block in zip(problem.layout.entities, system.blocks, strict=True)
         ]
-        plain, at, entity_of = [], [], []
+        self._plain: list[tuple[int, Ints, Ints]] = []
         for number, (entity, block) in enumerate(
             zip(problem.layout.entities, system.blocks, strict=True)
         ):
-            rows = np.flatnonzero(block.first >= 0)
+            rows = np.flatnonzero(block.first >= 0)[:, None]
+            tangent, stored = [], []
             for use in entity.params:
-                if use.stored != use.tangent:
-                    continue
-                for k in range(use.tangent):
-                    plain.append(block.first[rows] + use.tangent_start + k)
-                    at.append(rows * entity.state + use.stored_start + k)
-                    entity_of.append(number)
-        self._plain = list(zip(entity_of, plain, at, strict=True))
+                if use.stored == use.tangent:
+                    tangent += range(use.tangent_start, use.tangent_start + use.tangent)
+                    stored += range(use.stored_start, use.stored_start + use.stored)
+            if tangent and len(rows):
+                scalars = block.first[rows] + np.array(tangent)
+                at = rows * entity.state + np.array(stored)
+                self._plain.append((number, scalars.ravel(), at.ravel()))
 
     def saved(self) -> list[NDArray[Any]]:
         """The stored scalars of all entities."""
