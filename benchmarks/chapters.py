@@ -28,6 +28,7 @@ from benchmarks import (
     strategies,
     threads,
 )
+from benchmarks.constrained import chapter as constrained
 from benchmarks.export import chapter as exported
 from benchmarks.measure import machine
 from benchmarks.report import suite_report, summary
@@ -61,6 +62,7 @@ OWN: dict[str, Chapter] = {
     "parts": parts.run,
     "time": clocks.run,
     "online": online.run,
+    "constrained": constrained.run,
 }
 SUITES = (*BESIDE, *OWN)
 

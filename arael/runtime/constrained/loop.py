@@ -26,7 +26,6 @@ from arael.diagnostics.records import Diagnostic
 from arael.runtime.constrained.limits import Limits
 from arael.runtime.constrained.quadratic import WEIGHT, Quadratic, Step
 from arael.runtime.constrained.rows import Floats, Rows
-from arael.runtime.constrained.states import States
 from arael.runtime.failures import SolveError, listed
 from arael.runtime.levenberg.compiled import RECORD
 from arael.runtime.levenberg.diagnosis import check_linearisation
