@@ -52,6 +52,7 @@ def summary(layout: Layout, declared: Sequence[Declaration]) -> dict[str, Any]:
                 "residuals": group.residuals,
                 "guard": group.guard_text,
                 "loss": group.loss_text,
+                "require": group.require,
                 "operations_before": group.operations_before,
                 "operations_after": group.operations_after,
                 "where": group.where,
@@ -134,7 +135,14 @@ def describe(layout: Layout, declared: Sequence[Declaration] = ()) -> Iterator[s
     yield ""
     yield "constraints (operations of residual and derivatives, before and after sharing)"
     for group in layout.groups:
-        yield from _group(group)
+        if not group.require:
+            yield from _group(group)
+    if layout.required:
+        yield ""
+        rows = sum(layout.groups[k].residuals for k in layout.required)
+        yield f"what holds exactly: {rows} row{'s' * (rows != 1)} of an instance of each"
+        for number in layout.required:
+            yield from _group(layout.groups[number])
     if layout.functions:
         yield ""
         yield "functions (extern: bound to native code when the model is loaded)"
@@ -228,7 +236,9 @@ def _entity(entity: Entity) -> str:
 def _group(group: Group) -> Iterator[str]:
     clauses = f" when {group.guard_text}" if group.guard_text else ""
     clauses += f" loss {group.loss_text}" if group.loss_text else ""
-    noun = "residual" if group.residuals == 1 else "residuals"
+    noun = "row" if group.require else "residual"
+    noun += "s" * (group.residuals != 1)
+    clauses += f" {{ {group.require_text} }}" if group.require else ""
     yield (
         f"  {group.label}{clauses}: {group.residuals} {noun}, "
         f"{group.operations_before} -> {group.operations_after} operations  ({group.where})"

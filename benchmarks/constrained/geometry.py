@@ -49,7 +49,7 @@ def three_links(times: int = 20) -> Formulas:
 
 
 def hanging_chain(links: int = 20) -> Formulas:
-    """Links of one length between two hooks, of least energy, which is written as squares of roots."""
+    """Links of one length between two hooks, with least energy, as squares of roots."""
     cost, rows, start = [], [], []
     length = 12 / links
 

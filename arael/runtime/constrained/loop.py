@@ -467,7 +467,7 @@ class Loop:
         "" where the rows hold, or enough was gained; else ``infeasible``, or why it ended
         """
         limits = self.limits
-        damping, first = 1e-6, math.nan
+        damping, first, curved = 1e-6, math.nan, True
         zero = np.zeros(limits.count)
         while True:
             some = counted > 0.0
@@ -481,18 +481,28 @@ class Loop:
             first = total if math.isnan(first) else first
             if total <= enough * first:
                 return ""
+            values = np.zeros_like(here.values)
+            if curved and limits.rows.is_curved:
+                # Where rows stay violated, their curvature decides how far a step may go.
+                pull = weights * np.where(limits.equal, here.rows, np.minimum(here.rows, 0.0))
+                values += limits.rows.curvature(
+                    pull[: limits.rows.count],
+                    here.entries,
+                    np.maximum(here.sizes, 1e-2),
+                    self.states.moved,
+                )
             quadratic = Quadratic(
                 limits,
                 self.solver,
                 here.entries,
-                np.zeros_like(here.values),
-                damping * here.metric,
+                values,
+                values[self.problem.diagonal_at] + damping * here.metric,
                 np.zeros_like(here.gradient),
                 weights,
             )
             found = quadratic.minimum(here.rows, zero)
             if found is None:
-                damping *= 10.0
+                damping, curved = damping if curved else 10.0 * damping, False
                 continue
             d, t = found
             promise = total - 0.5 * float(weights @ limits.violations(t) ** 2)
@@ -511,7 +521,7 @@ class Loop:
                 return "observer_terminated"
             if accepted:
                 damping = max(1e-9, 0.1 * damping if total - after > 0.5 * promise else damping)
-                here = self.linearise()
+                here, curved = self.linearise(), True
             else:
                 damping *= 10.0
 

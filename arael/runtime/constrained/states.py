@@ -28,7 +28,8 @@ class States:
             zip(problem.layout.entities, system.blocks, strict=True)
         ):
             rows = np.flatnonzero(block.first >= 0)[:, None]
-            tangent, stored = [], []
+            tangent: list[int] = []
+            stored: list[int] = []
             for use in entity.params:
                 if use.stored == use.tangent:
                     tangent += range(use.tangent_start, use.tangent_start + use.tangent)

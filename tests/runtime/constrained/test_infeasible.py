@@ -57,6 +57,25 @@ root R {
     assert model.z.value >= 0
 
 
+def test_curved_rows_that_contradict_each_other_are_found_at_once() -> None:
+    model = arael.loads(
+        """
+root R {
+    param x: vec2
+    constraint near { x - [3, 4] }
+    require circle { norm(x) == 2 }
+    require right { x.x >= 3 }
+}
+""",
+        interpret=True,
+    )(x=[1, 0.1])
+    result = model.solve()
+    assert result.status == "infeasible"
+    assert result.conflict == ("R.circle", "R.right")
+    assert result.iterations < 60
+    assert model.x.value == pytest.approx([2.5, 0], abs=1e-3)
+
+
 def test_what_no_parameter_changes_is_checked_first() -> None:
     model = arael.loads(
         """
