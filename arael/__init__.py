@@ -80,7 +80,7 @@ __all__ = ["__version__", "metrics", "sym", *sorted(_HOMES)]
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("metrics", "sym"):
+    if name in ("metrics", "plot", "sym"):
         return import_module(f"arael.{name}")
     home = _HOMES.get(name)
     if home is None:
@@ -91,4 +91,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES, "metrics", "sym"})
+    return sorted({*globals(), *_HOMES, "metrics", "plot", "sym"})

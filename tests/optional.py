@@ -30,6 +30,7 @@ PARTS = {
     ),
     "numba": Part("numba", "pip install numba"),
     "matplotlib": Part("matplotlib", 'pip install "arael[plot]"'),
+    "rerun": Part("rerun", 'pip install "arael[rerun]"'),
     "pyarrow": Part("pyarrow", 'pip install "arael[arrow]"'),
     "h5py": Part("h5py", 'pip install "arael[hdf5]"'),
     "ezdxf": Part("ezdxf", 'pip install "arael[sketch]"'),

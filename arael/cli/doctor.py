@@ -63,6 +63,7 @@ def examine() -> list[Finding]:
         _cache(),
         _extra("scikit-sparse", "cholmod", "the solver `cholmod`"),
         _extra("matplotlib", "plot", "figures (`--plot`)"),
+        _extra("rerun-sdk", "rerun", "maps in the viewer Rerun (`arael.plot.rerun`)"),
         _extra("pygls", "lsp", "the language server (`arael lsp`)"),
         _extra("pyarrow", "arrow", "Parquet and Arrow files"),
         _extra("h5py", "hdf5", "HDF5 files"),

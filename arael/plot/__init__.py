@@ -1,1 +1,14 @@
-"""Figures of problems and solutions, drawn with matplotlib."""
+"""Figures of problems and solutions, drawn with matplotlib; maps in the viewer Rerun."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def __getattr__(name: str) -> Any:
+    if name == "rerun":
+        # imported here: start-up time
+        from arael.plot.viewer import rerun
+
+        return rerun
+    raise AttributeError(f"module 'arael.plot' has no attribute {name!r}")
