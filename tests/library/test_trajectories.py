@@ -160,7 +160,8 @@ def test_a_file_beside_the_model_comes_first(tmp_path: Path) -> None:
 def test_a_model_with_the_library_is_found_in_the_cache(tmp_path: Path) -> None:
     path = tmp_path / "model.arael"
     path.write_text(
-        'import "trajectories.arael"\nroot R { param u: real; constraint c { spline_part3(u) - 36 } }'
+        'import "trajectories.arael"\n'
+        "root R { param u: real; constraint c { spline_part3(u) - 36 } }"
     )
     for _ in range(2):
         model: Any = arael.load(path, interpret=True)(u=5.0)
