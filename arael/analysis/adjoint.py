@@ -56,7 +56,8 @@ class Derivatives:
 class _Program:
     """Derivatives of a scalar of one group of constraints.
 
-    Inputs are the states, the raw data, the weights, then the flag of a moving guard.
+    Inputs are the states, the raw data, the weights, the records of look-ups, then the flag of a
+    moving guard.
 
     Attributes
     ----------
@@ -208,6 +209,9 @@ def _made(layout: Layout, group: Group, kind: str, raws: tuple[int, ...], states
     data = [graph.input(("raw", k)) for k in range(len(group.raw))]
     natives = _natives(layout)
     lanes = read_tape(graph, group.prepare, data, natives)
+    records = _records(group)
+    for k in records:
+        lanes[k] = graph.input(("record", k))
     flags = []
     if group.moving_guard is not None:
         flags = [graph.input("acting")]
@@ -236,13 +240,19 @@ def _made(layout: Layout, group: Group, kind: str, raws: tuple[int, ...], states
     kept = [*(slopes[k] for k in kept_raws), *(slopes[first + k] for k in kept_states)]
     keys = [("state", k) for k in range(len(moving))]
     keys += [("raw", k) for k in range(len(data))]
-    inputs: list[Any] = [*keys, *weights, *(["acting"] if flags else [])]
+    inputs: list[Any] = [*keys, *weights, *(("record", k) for k in records)]
+    inputs += ["acting"] if flags else []
     return _Program(
         graph.tape(kept, inputs=inputs),
         tuple(weights),
         tuple(raws[k] for k in kept_raws),
         tuple(kept_states),
     )
+
+
+def _records(group: Group) -> list[int]:
+    """Lane inputs that hold records of look-ups: the interval of an argument has no derivative."""
+    return [k for one in group.look_ups for k in range(one.first + 1, one.first + 1 + one.record)]
 
 
 def _natives(layout: Layout) -> dict[str, Prescribed]:
@@ -307,6 +317,10 @@ def _run(
     active, ways = structure.active[number], structure.slot_rows[number]
     at = structure.placements[number].rows
     acting = np.asarray(problem.evaluation.acting(number), dtype=np.float64)
+    lanes: list[Any] = []
+    if group.look_ups:
+        columns = problem.group_inputs(number, problem.states)[len(group.states) :]
+        lanes = [columns[k] for k in _records(group)]
     sums = [0.0] * len(program.raws)
     for begin in range(0, len(active), _AT_ONCE):
         part = slice(begin, min(begin + _AT_ONCE, len(active)))
@@ -317,6 +331,7 @@ def _run(
         ]
         inputs += gather_all(problem.store, group.slots, rows, group.raw_columns)
         inputs += [weight[part] for weight in weights]
+        inputs += [np.asarray(lane[part], dtype=np.float64) for lane in lanes]
         if group.moving_guard is not None:
             inputs.append(acting[part])
         outputs = _outputs(program.tape, inputs, part.stop - part.start, problem.natives)

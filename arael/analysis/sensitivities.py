@@ -380,8 +380,16 @@ class Sensitivities:
     def _unknown(self, path: str) -> AraelError:
         near = closest(path, list(self._targets))
         solved = any(path == known for _, known, _, _ in self._parameters())
+        tables = {
+            f"{one.collection}.{column}"
+            for group in self.problem.layout.groups
+            for one in group.look_ups
+            for column in (one.key, one.column)
+        }
         advice = (
-            "it is solved for; fix or freeze it, or take the derivative by data or a bound"
+            "it is read by a look-up, by whose rows no derivative is taken"
+            if path in tables
+            else "it is solved for; fix or freeze it, or take the derivative by data or a bound"
             if solved
             else f"did you mean `{near[0]}`?"
             if near

@@ -376,6 +376,22 @@ def test_steps_that_lead_outside_are_not_accepted(load: Any) -> None:
     assert 0 <= 1 + float(model.cars[0].late.value) <= 2
 
 
+def test_a_table_without_rows_that_nothing_reads_is_no_error(load: Any) -> None:
+    for kind in ("cubic", "bspline(4)"):
+        model = load(WALK.replace("KIND", kind).replace("PRECISION", "f64"))()
+        assert model.cost() == 0
+
+
+def test_sensitivities_go_through_the_argument_and_not_by_the_rows(load: Any) -> None:
+    """Times that are all later make the offset as much smaller."""
+    model = walk(load)
+    result = model.solve()
+    found = result.sensitivity("offset", to="sights.time")
+    assert np.asarray(found["sights.time"]).sum() == pytest.approx(-1, abs=1e-6)
+    with pytest.raises(AraelError, match="read by a look-up"):
+        result.sensitivity("offset", to="track.pos")
+
+
 def guarded(load: Any) -> Any:
     return load(
         """

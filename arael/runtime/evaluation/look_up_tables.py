@@ -180,8 +180,11 @@ class _Builder:
         if one.clamp and len(owner):
             last = (begin + intervals - 1)[owner]
             columns += [start[begin[owner], None], end[last, None]]
-        columns += self._coefficients(values[window], between)
-        records = np.concatenate(columns, axis=1) if len(owner) else np.zeros((0, one.record))
+        if len(owner):
+            columns += self._coefficients(values[window], between)
+            records = np.concatenate(columns, axis=1)
+        else:
+            records = np.zeros((0, one.record))
         if len(owner) > _MAX_INTERVALS[dtype]:
             raise self._error(
                 f"`{one.collection}` has {len(owner)} intervals, more than a look-up in "
@@ -255,8 +258,10 @@ class _Builder:
 
     def _steps(self, order: Ints, key: Floats, first: Ints, count: Ints, owners: Ints) -> Floats:
         """(owners,) step between the rows of a B-spline, which are evenly spaced."""
+        if not len(key):
+            return np.zeros(len(count))
         last = np.maximum(first + count - 1, first)
-        inside = np.minimum(np.stack([first, last]), max(len(key) - 1, 0))
+        inside = np.minimum(np.stack([first, last]), len(key) - 1)
         step = (key[inside[1]] - key[inside[0]]) / np.maximum(count - 1, 1)
         for owner in np.unique(owners):
             rows = key[first[owner] : last[owner] + 1]
