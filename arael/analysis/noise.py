@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from arael.analysis.jacobian import Jacobian
 from arael.analysis.normal import NormalEquations
+from arael.diagnostics.records import AraelError
 from arael.runtime.problem import Problem
 from arael.runtime.system import row_names
 
@@ -36,6 +37,8 @@ _FEWEST = 8
 """Fewest residuals, less the parameters they determine, that a statement is made from."""
 _CELLS = 5
 """Cells of a picture in each direction."""
+_REJECTED = 0.4
+"""Mean weight of a group, relative to the median group, below which a loss rejects it."""
 _SHOWN = 3
 _TIMES = ("t", "time", "times", "stamp", "timestamp")
 
@@ -125,6 +128,41 @@ def noise(problem: Problem, equations: NormalEquations, rows: Jacobian, inverse:
     return Noise(tuple(scatters), tuple(patterns))
 
 
+def rejected_groups(model: Any, problem: Problem) -> list[Pattern]:
+    """Groups of measurements from which a loss takes most of the weight."""
+    found = []
+    groups = problem.layout.groups
+    labels = [group.label for group in groups if group.case_of < 0]
+    for number, group in enumerate(groups):
+        if not group.loss_text or labels.count(group.label) != 1:
+            continue
+        try:
+            weight = model.residual_values(group.label).weight
+        except AraelError:
+            continue  # a model without its text
+        _, acting, active = problem.constraint_rows(number)
+        for key, (member, names) in _keys(problem, group.table, active[acting]).items():
+            sizes = np.bincount(member)
+            means = np.bincount(member, weight) / np.maximum(sizes, 1)
+            large = np.flatnonzero(sizes >= _FEWEST)
+            if key == "row" or len(large) < 4:
+                continue
+            odd = large[means[large] < _REJECTED * np.median(means[large])]
+            if not 0 < len(odd) <= len(large) / 3:
+                continue
+            listed = ", ".join(f"`{name}`" for name in names(odd[:_SHOWN]))
+            more = f" and {len(odd) - _SHOWN} more" if len(odd) > _SHOWN else ""
+            found.append(
+                Pattern(
+                    "group",
+                    f"the loss of `{group.label}` takes most of the weight from the measurements "
+                    f"at {listed}{more}",
+                    "check these measurements: most of them are rejected",
+                )
+            )
+    return found
+
+
 def _constraints(
     problem: Problem, rows: Jacobian, inverse: Floats, kept: NDArray[np.bool_]
 ) -> Iterator[_Rows]:
@@ -166,7 +204,7 @@ def _tested(problem: Problem, one: _Rows) -> tuple[Scatter | None, list[Pattern]
     freedom = float(one.left.sum())
     if freedom < _FEWEST or not np.isfinite(one.residuals).all():
         return None, []
-    keys = _keys(problem, one)
+    keys = _keys(problem, one.table, one.rows)
     bad, patterns = _suspicious_groups(one, keys)
     good = ~bad
     freedom = float(one.left[good].sum())
@@ -208,27 +246,27 @@ def _scale(scatter: Scatter) -> list[Pattern]:
     ]
 
 
-def _keys(problem: Problem, one: _Rows) -> dict[str, tuple[Ints, Any]]:
+def _keys(problem: Problem, path: str, rows: Ints) -> dict[str, tuple[Ints, Any]]:
     """Groups of the instances: by ref, by owner, by row; the number of each, and their names."""
-    if not one.table or one.table.endswith("/rows"):
+    if not path or path.endswith("/rows"):
         return {}
-    store, layout = problem.store, problem.layout.table(one.table)
-    table = store.tables[one.table]
+    store, layout = problem.store, problem.layout.table(path)
+    table = store.tables[path]
     found: dict[str, tuple[Ints, Any]] = {}
 
-    def names_in(path: str) -> Any:
-        return lambda rows: row_names(store, path, rows)
+    def names_in(target: str) -> Any:
+        return lambda chosen: row_names(store, target, chosen)
 
     for column in layout.columns:
         if column.role != "ref" or column.target is None or column.path.endswith("?"):
             continue
-        target = np.asarray(table.target_rows(column.path))[one.rows]
+        target = np.asarray(table.target_rows(column.path))[rows]
         if (target >= 0).all():
             found[column.path] = (target, names_in(column.target.table))
     if layout.parent:
-        owners = np.asarray(table.parent_rows())[one.rows]
+        owners = np.asarray(table.parent_rows())[rows]
         found[layout.parent] = (owners, names_in(layout.parent))
-    found["row"] = (one.rows, names_in(one.table))
+    found["row"] = (rows, names_in(path))
     return found
 
 

@@ -14,7 +14,7 @@ from arael.analysis.cost_table import cost_table
 from arael.analysis.diagnosis import diagnose
 from arael.analysis.freedom import FreeDirections
 from arael.analysis.jacobian import Jacobian, jacobian
-from arael.analysis.noise import Noise, Scatter, noise
+from arael.analysis.noise import Noise, Scatter, noise, rejected_groups
 from arael.analysis.normal import NormalEquations
 from arael.analysis.projection import projection_uncertainty
 from arael.analysis.report import scalars_of
@@ -282,13 +282,17 @@ def verdict(model: Any) -> Verdict:
     remarks += [f"`{name}` is on {text}" for name, text in equations.on_bound.items()]
     lossy = [g.label for g in problem.layout.groups if g.loss_text]
     if lossy:
-        remarks.append(f"residuals with a loss are not tested: {', '.join(dict.fromkeys(lossy))}")
+        listed = ", ".join(f"`{label}`" for label in dict.fromkeys(lossy))
+        remarks.append(f"size and pattern of residuals with a loss are not tested: {listed}")
     found = Noise()
     if residuals * parameters <= _MOST_ENTRIES:
         found = noise(problem, equations, rows, inverse)
     else:
         remarks.append("there are too many residuals to test their pattern")
     findings += [Point(one.topic, one.message, one.advice) for one in found.patterns]
+    findings += [
+        Point(one.topic, one.message, one.advice) for one in rejected_groups(model, problem)
+    ]
     findings += _uncovered(model)
     determined = _determined(equations, rows, inverse, sigma, scalars)
     remarks += _without_effect(problem, determined)

@@ -231,6 +231,23 @@ def test_a_group_with_an_error_of_its_own_is_named(load: Load) -> None:
     assert "frames[2]" in str(verdict)
 
 
+@pytest.mark.parametrize("bad", [1.0, 60.0])
+def test_a_group_that_a_loss_rejects_is_named(load: Load, bad: float) -> None:
+    robust = planted.CAMERA.replace("constraint lens {", "constraint lens loss cauchy(2) {")
+
+    def loaded(text: str) -> Any:
+        return load(robust if text == planted.CAMERA else text)
+
+    verdict = planted.camera(loaded, np.random.default_rng(0), bad=bad).verdict()
+    found = [one.message for one in verdict.findings if one.topic == "group"]
+    if bad == 1.0:
+        assert verdict.good
+        return
+    (message,) = found
+    assert "takes most of the weight" in message
+    assert message.endswith("`views[3]`")
+
+
 def test_a_start_that_is_no_solution_is_called_so(load: Load) -> None:
     model = planted.decay(load, np.random.default_rng(0))
     model.tau.value = 3.0
