@@ -12,7 +12,7 @@ from arael.io.files import write_whole
 
 MODEL = """\
 # A line through points with outliers. Solve it with:
-#     arael solve {name}.arael {name}.json
+#     arael solve {name}.json
 
 struct Point {{ x: real; y: real }}
 
@@ -62,7 +62,7 @@ def command(name: str) -> None:
             )
     _write_all(texts)
     click.echo(f"wrote {name}.arael and {name}.json; solve with")
-    click.echo(f"  arael solve {name}.arael {name}.json")
+    click.echo(f"  arael solve {name}.json")
 
 
 def _write_all(texts: dict[str, str]) -> None:

@@ -53,5 +53,6 @@ def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
     for axes in (costs, damping):
         axes.set_yscale("log")
         axes.set_xlabel("attempt")
+        axes.xaxis.get_major_locator().set_params(integer=True)
         axes.grid(True)
     return figure
