@@ -9,6 +9,7 @@ import click
 COMMANDS = {
     "solve": "Solve a model on a data file.",
     "show": "Draw what a data file holds.",
+    "replay": "Solve a recorded problem row by row.",
     "check": "Check a model, and data against it, without solving.",
     "diagnose": "Explain why a problem does not converge.",
     "convert": "Convert a data file to another format.",

@@ -159,6 +159,8 @@ class Tracker:
         found: set[int] = set()
         for path, (columns, optionals, readers) in self.layout.read_columns.items():
             table, rows = self.store.tables[path], self._tables[path]
+            if not table.size and not rows.before:
+                continue
             contents = table.columns(columns)
             if optionals:
                 contents = [*contents, *map(table.present, optionals)]
@@ -207,6 +209,8 @@ class Tracker:
         for e, entity in enumerate(self.layout.entities):
             numbers = self.variables[e]
             table = self.store.tables[entity.table]
+            if not len(numbers):
+                continue
             stored = stored_scalars(self.store, entity, F64)
             new = np.flatnonzero(numbers < 0)
             if len(new):

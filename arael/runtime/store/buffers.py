@@ -42,6 +42,11 @@ class Buffers:
         return name in self._arrays
 
     @property
+    def names(self) -> list[str]:
+        """Names of all columns."""
+        return list(self._arrays)
+
+    @property
     def row_bytes(self) -> int:
         """Bytes per row."""
         return sum(a.itemsize * prod(a.shape[1:]) for a in self._arrays.values())
