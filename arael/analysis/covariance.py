@@ -125,6 +125,7 @@ class Covariance(Displayed):
     ----------
     factor : by which ``(J'J)^-1`` is multiplied
     free_directions : directions in which the covariance is that of a datum; none if it is fixed
+    exact_directions : number of independent rows that hold exactly and act (`require`)
     units : (n,) unit of each, as the model declares it (``m``, ``rad``), "" without one; of a
         transform the translation has the declared unit, the rotation is in radians
 
@@ -156,6 +157,7 @@ class Covariance(Displayed):
         self._datum: Datum | None = None
         self._quick = factor
         self.free_directions: list[FreeDirection] = []
+        self.exact_directions = 0
         self.factor = 1.0
         if factor is not None:
             return  # it has no free directions, and all else can wait
@@ -168,7 +170,8 @@ class Covariance(Displayed):
             if problem.layout.required:
                 self._datum = self._on_surface()
         if scale != "known":
-            self.factor = residual_variance(problem, len(self.names) - len(self.free_directions))
+            known = len(self.free_directions) + self.exact_directions
+            self.factor = residual_variance(problem, len(self.names) - known)
 
     @cached_property
     def _equations(self) -> NormalEquations:
@@ -225,6 +228,7 @@ class Covariance(Displayed):
         lengths = np.sqrt(np.maximum((matrix.T * spread).sum(axis=0), 1e-300))
         inner = (matrix @ spread) / lengths[:, None] / lengths[None, :]
         middle = np.linalg.pinv(inner, rcond=1e-10, hermitian=True)
+        self.exact_directions = int(np.linalg.matrix_rank(inner, tol=1e-10, hermitian=True))
         right = spread / lengths
         return Datum(np.zeros((len(self.names), 0)), -right @ middle, right)
 
@@ -321,8 +325,9 @@ class Covariance(Displayed):
     def correlation(self, where: Where | None = None) -> Floats:
         """(k, k) correlations ``C_ij / sqrt(C_ii C_jj)`` within `where`; None: of all scalars."""
         covariance = self.matrix if where is None else self.marginal(where)
-        sigma = np.sqrt(np.diag(covariance))
-        found: Floats = covariance / (sigma[:, None] * sigma[None, :])
+        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        with np.errstate(divide="ignore", invalid="ignore"):  # NaN where rows hold a scalar exactly
+            found: Floats = covariance / (sigma[:, None] * sigma[None, :])
         return found
 
     def table(self, where: Where) -> Marginal:

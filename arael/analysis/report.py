@@ -356,12 +356,13 @@ def report(problem: Problem, scale: str = "known") -> Report:
     scatter = scale == "residual"
     notes: list[str] = []
     pairs: tuple[tuple[str, str, float], ...] = ()
+    exact = 0
     try:
         if problem.size > _MOST:
             raise _TooLarge
         found = Covariance(problem)
         spread = dict(zip(found.names, found.sigma().tolist(), strict=True))
-        on_bound = found.on_bound
+        on_bound, exact = found.on_bound, found.exact_directions
         if len(found.names) <= _DENSE:
             pairs = strongest(found.names, found.correlation())
     except _TooLarge:
@@ -370,7 +371,8 @@ def report(problem: Problem, scale: str = "known") -> Report:
     except SolveError:
         known = sigmas(problem)
         spread, on_bound, notes = known.values, known.on_bound, list(known.notes)
-    statistics = Statistics(table.total, count, len(problem.free) - len(on_bound), scatter, robust)
+    unknown = len(problem.free) - len(on_bound) - exact
+    statistics = Statistics(table.total, count, unknown, scatter, robust)
     factor = math.sqrt(statistics.variance)
     if scatter and math.isnan(factor):
         notes.append("as many parameters as residuals: their scatter is not known")

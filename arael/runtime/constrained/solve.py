@@ -82,23 +82,29 @@ def required_of(loop: Loop, conflict: tuple[str, ...] = ()) -> Required:
     # side grows.
     multipliers = 2.0 * np.where(limits.equal, -loop.multipliers, loop.multipliers)
     active = limits.equal | (np.abs(values) <= 1e3 * loop.tolerances.rows * loop.scale)
-    rows = limits.rows
+    rows, problem = limits.rows, loop.problem
+    groups = problem.layout.groups
     parts = []
-    for number in rows.groups:
-        own = np.flatnonzero(rows.group_of == number)
-        group = loop.problem.layout.groups[number]
+    for label in dict.fromkeys(groups[number].label for number in rows.groups):
+        # A constraint with sums over rows, or of a struct in several places, has several groups.
+        numbers = [number for number in rows.groups if groups[number].label == label]
+        own = np.concatenate([np.flatnonzero(rows.group_of == number) for number in numbers])
+        group = groups[numbers[0]]
+        found = [
+            (groups[number].table, int(row), problem.instance_place(number, instance))
+            for number in numbers
+            for instance, row in enumerate(problem.structure.active[number])
+        ]
+        order = sorted(range(len(found)), key=lambda k: found[k][:2])
         shape = (-1, group.residuals)
         parts.append(
             Requirement(
-                group.label,
+                label,
                 group.require_text,
-                tuple(
-                    loop.problem.instance_place(number, i)
-                    for i in range(len(loop.problem.structure.active[number]))
-                ),
-                values[own].reshape(shape),
-                multipliers[own].reshape(shape),
-                active[own].reshape(shape),
+                tuple(found[k][2] for k in order),
+                values[own].reshape(shape)[order],
+                multipliers[own].reshape(shape)[order],
+                active[own].reshape(shape)[order],
                 group.units,
                 group.require == "equal",
             )

@@ -223,3 +223,29 @@ def test_a_result_as_plain_data() -> None:
     found = circle(goal=[3.0, 4.0]).solve().to_dict()["required"]
     assert [one["label"] for one in found["rows"]] == ["Point.circle", "Point.right"]
     assert found["violation"] < 1e-9
+
+
+def test_sums_over_rows_hold_and_are_one_requirement() -> None:
+    model = arael.loads(
+        """
+struct Part {
+    param x: real in 0 ..
+    constraint near { x - 1 }
+}
+struct Whole {
+    total: real
+    parts: list of Part
+    require sum { sum(k in parts) { k.x } == total }
+}
+root R { wholes: list of Whole }
+""",
+        interpret=True,
+    )()
+    for total, count in ((1.0, 2), (6.0, 3), (2.0, 2)):
+        model.wholes.append(total=total, parts=[{"x": 0.5}] * count)
+    result = model.solve()
+    assert result.converged
+    assert model.wholes.parts.x.value == pytest.approx([0.5, 0.5, 2, 2, 2, 1, 1])
+    required = result.required["Whole.sum"]
+    assert required.places == ("wholes[0]", "wholes[1]", "wholes[2]")
+    assert required.multipliers.ravel() == pytest.approx([1, -2, 0], abs=1e-9)

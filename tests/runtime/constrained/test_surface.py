@@ -60,6 +60,26 @@ def test_a_strongly_active_inequality_takes_a_direction_too() -> None:
     assert model.covariance().sigma()[2] == pytest.approx(0, abs=1e-6)
 
 
+def test_what_rows_determine_is_no_parameter_of_the_fit() -> None:
+    text = """
+root R {
+    param a: real
+    param b: real
+    data: vec3
+    constraint near { [a, b, a + b] - data }
+    require sum { a + b == 3 }
+}
+"""
+    model = arael.loads(text, interpret=True)(a=0, b=0, data=[1, 2.4, 2.9])
+    model.solve()
+    report = model.report(scale="residual")
+    assert report.statistics.freedom == 2
+    # a = b shifted: one unknown, seen twice
+    assert model.covariance("residual").sigma()[0] == pytest.approx(
+        np.sqrt(0.5 * model.cost() / 2), rel=1e-7
+    )
+
+
 def test_what_rows_determine_is_not_free() -> None:
     text = """
 root R {
