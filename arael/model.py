@@ -43,9 +43,9 @@ if TYPE_CHECKING:
     from arael.analysis.verdict import Verdict
     from arael.certificates.certificate import Certificate
     from arael.config import LmConfig
+    from arael.online.result import UpdateResult
     from arael.plot.map import View
     from arael.plot.problem import What
-    from arael.online.result import UpdateResult
     from arael.residuals.code import CodeResidual, CodeUpdate
     from arael.residuals.collection import Residuals
     from arael.result import Result
