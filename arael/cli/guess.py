@@ -80,6 +80,9 @@ def _guess(path: str, collection: str | None, format: str | None) -> Guess:
     if stem.is_file():
         return Guess(str(stem), (), "the file of that name beside the data")
     content, found = formats.load(path, format)
+    if is_sketch(content):
+        help = f"`arael sketch {files.shown(path)}` solves and edits it, `arael show` draws it"
+        raise _unknown(path, "the file holds a sketch, which is solved with each edit", help)
     if found in formats.GRAPHS or found in BUNDLES:
         model = model_of_format(found, content)
         what = "tags" if found in formats.GRAPHS else "format"
@@ -92,6 +95,11 @@ def _guess(path: str, collection: str | None, format: str | None) -> Guess:
             "your own: arael solve MODEL.arael DATA",
         )
     return _by_content(path, collection, format, found)
+
+
+def is_sketch(content: bytes) -> bool:
+    """Whether a file holds a drawing of the sketch editor."""
+    return re.match(rb'\s*\{\s*"format":\s*"arael-sketch"', content) is not None
 
 
 def model_of_format(found: str, content: bytes) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 import arael
 from arael.cli.data_files import data_options, named, read_data
 from arael.cli.exits import Exit
-from arael.cli.guess import model_and_data
+from arael.cli.guess import is_sketch, model_and_data
 from arael.cli.instances import row_counts
 from arael.cli.options import json_option, view_option
 from arael.cli.solve import require_writable
@@ -56,6 +56,8 @@ def command(
     last = arguments[-1].rpartition("=")[2]
     stem = Path(last.rstrip("/").removesuffix(".gz")).stem
     target = Path(output or f"{stem}.png")
+    if len(arguments) == 1 and _is_drawing(last):
+        return _show_sketch(last, target, as_json)
     require_matplotlib()
     check_format(target)
     require_writable(str(target))
@@ -81,6 +83,26 @@ def command(
         click.echo(json.dumps({**found, "written": [written]}))
     else:
         click.echo(f"{last}: {text}\nwrote {written}")
+    return Exit.OK
+
+
+def _is_drawing(path: str) -> bool:
+    return (
+        path.endswith(".json") and Path(path).is_file() and is_sketch(formats.load(path, "json")[0])
+    )
+
+
+def _show_sketch(path: str, target: Path, as_json: bool) -> int:
+    # imported here: start-up time
+    from arael.sketch import Sketch
+
+    sketch = Sketch()
+    sketch.load(path)
+    sketch.export(target)
+    if as_json:
+        click.echo(json.dumps({"format": "sketch", "written": [str(target)]}))
+    else:
+        click.echo(f"{path}: a sketch\nwrote {target}")
     return Exit.OK
 
 

@@ -24,6 +24,9 @@ def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
         and `accepted`, and `radius` for trust-region steps (see
         `arael.result.Result`)
     """
+    # imported here: start-up time
+    from matplotlib.ticker import MaxNLocator
+
     figure, (costs, damping) = new_figure(11.0, 4.4, columns=2)
     start, names = 0, set()
     for name, records in passes:
@@ -53,6 +56,6 @@ def history_figure(passes: Sequence[tuple[str, NDArray[Any]]]) -> Figure:
     for axes in (costs, damping):
         axes.set_yscale("log")
         axes.set_xlabel("attempt")
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.grid(True)
     return figure

@@ -67,6 +67,15 @@ def test_what_no_model_is_for_is_refused(
     assert done.code == 2 and "E0859" in done.err and told in done.err
 
 
+@needs("matplotlib")
+def test_a_sketch_is_drawn_and_not_solved(arael: Arael, here: Path) -> None:
+    Path("part.cmd").write_text("add_line 0,0 10,0\n")
+    assert arael("sketch", "part.cmd", "--export", "part.json").code == 0
+    done = arael("show", "part.json")
+    assert done.out == "part.json: a sketch\nwrote part.png\n" and Path("part.png").stat().st_size
+    assert "the file holds a sketch" in arael("solve", "part.json").err
+
+
 def test_models_beside_the_data_are_offered(arael: Arael, line: Path) -> None:
     Path("walk.csv").write_text("time,range\n0,1\n1,2\n")
     assert "arael solve line.arael walk.csv" in arael("solve", "walk.csv").err
