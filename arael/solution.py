@@ -154,22 +154,43 @@ class Solution:
         found = named_quantity(self.problem, self.system.free, text)
         if found is not None:
             return found
+        probed, number = self._probed(text)
+        count = probed.layout.groups[number].residuals
+        direct = tuple(value_products(probed, number, row) for row in np.eye(count))
+        by_parameters = [in_system(probed, by_tangent(probed, one.states)) for one in direct]
+        names = (text,) if count == 1 else tuple(f"{text}[{k}]" for k in range(count))
+        return Quantity(text, names, np.array(by_parameters), direct)
+
+    def values(self, text: str) -> Any:
+        """(m,) values of a formula over the model."""
+        probed, number = self._probed(text)
+        return np.asarray(probed.evaluation.group_rows(number)[0], dtype=np.float64).ravel()
+
+    def weighted(self, text: str, weights: Any) -> Quantity:
+        """The sum of the values of a formula with weights (m,)."""
+        # imported here: start-up time
+        from arael.analysis.adjoint import by_tangent, in_system, value_products
+        from arael.analysis.sensitivities import Quantity
+
+        probed, number = self._probed(text)
+        direct = value_products(probed, number, weights)
+        step = in_system(probed, by_tangent(probed, direct.states))
+        return Quantity(text, (text,), step[None], (direct,))
+
+    def _probed(self, text: str) -> tuple[Any, int]:
+        """A problem with a formula of one row as a group, and the number of that."""
         probed, number = self.model.residuals.probed(text, self.frozen)
-        group = probed.layout.groups[number]
-        count = len(probed.structure.active[number]) * group.residuals
-        if count != group.residuals:
+        count = len(probed.structure.active[number])
+        if count != 1:
             raise AraelError(
                 Diagnostic(
                     "E1060",
-                    f"`{text:.60}` has {count} values",
+                    f"`{text:.60}` has values of {count} rows",
                     origin="sensitivity",
                     help=("name a single row: `poses[3].pos.x`",),
                 )
             )
-        direct = tuple(value_products(probed, number, row) for row in np.eye(group.residuals))
-        by_parameters = [in_system(probed, by_tangent(probed, one.states)) for one in direct]
-        names = (text,) if count == 1 else tuple(f"{text}[{k}]" for k in range(count))
-        return Quantity(text, names, np.array(by_parameters), direct)
+        return probed, number
 
 
 def solution_of(model: Any, result: Result) -> Solution:

@@ -45,7 +45,7 @@ PARTS = {
     "playwright": Part("playwright.sync_api", "pip install playwright"),
     "Dask": Part("distributed", 'pip install "arael[distributed]"'),
     "cryptography": Part("cryptography", "pip install cryptography"),
-    "JAX": Part("jax", "pip install jax"),
+    "JAX": Part("jax", 'pip install "arael[jax]"'),
     "gtsam": Part("gtsam", "pip install gtsam"),
     "dask": Part("distributed", 'pip install "arael[distributed]"'),
 }
