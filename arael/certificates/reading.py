@@ -28,6 +28,7 @@ from arael.check.typed import (
     ConstraintSite,
     Formula,
     Literal_,
+    LookUp,
     MatrixType,
     Pack,
     QuaternionType,
@@ -92,7 +93,7 @@ class Reader:
     def _varies(self, node: Typed) -> bool:
         if node not in self._moves:
             self._moves[node] = any(
-                isinstance(one, Formula | Total)
+                isinstance(one, Formula | LookUp | Total)
                 or (isinstance(one, Read) and one.version != "data")
                 for one in postorder([node])
             )

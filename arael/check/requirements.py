@@ -20,7 +20,7 @@ from arael.check.arithmetic import NotConstant, evaluate
 from arael.check.binding import Broken
 from arael.check.builtins import is_number
 from arael.check.guards import moves
-from arael.check.typed import Apply, Read, Typed, VectorType
+from arael.check.typed import Apply, LookUp, Read, Typed, VectorType
 from arael.check.types import size_of
 from arael.check.typist import Typist
 from arael.check.units import Unit
@@ -74,13 +74,15 @@ def check_guard(t: Typist, node: tree.Require, guard: Typed | None) -> bool:
         return True
     assert node.guard is not None
     read = next(
-        n for n in postorder([guard]) if isinstance(n, Read) and n.version in ("trial", "computed")
+        n
+        for n in postorder([guard])
+        if isinstance(n, LookUp) or (isinstance(n, Read) and n.version in ("trial", "computed"))
     )
     t.fail(
         "E0682",
         node.guard.span,
         "the guard of a `require` is over data",
-        label="reads a parameter",
+        label="looks rows up" if isinstance(read, LookUp) else "reads a parameter",
         labels=t.origin(read),
         notes=["what must hold would change during a solve"],
         help=["write what must hold in both cases as one inequality, with `if`, `min` or `max`"],

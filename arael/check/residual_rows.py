@@ -19,6 +19,7 @@ from arael.check.typed import (
     BOOL,
     QUATERNION,
     Apply,
+    LookUp,
     MatrixType,
     Present,
     Read,
@@ -95,7 +96,7 @@ def check_rows(t: Typist, guard: Typed | None, values: Sequence[Typed]) -> bool:
         if not moves(part):
             facts |= facts_of(part, t.slots.steps)[0]
     for node in postorder([*values, *(part for part in parts if moves(part))]):
-        if not isinstance(node, Read | Present):
+        if not isinstance(node, LookUp | Read | Present):
             continue
         for source, column in t.slots.needs.get(node.slot, ()):
             if (source.steps, column) not in facts:
