@@ -392,6 +392,22 @@ def test_sensitivities_go_through_the_argument_and_not_by_the_rows(load: Any) ->
         result.sensitivity("offset", to="track.pos")
 
 
+def test_a_certificate_says_that_look_ups_have_none(load: Any) -> None:
+    model = load(
+        """
+struct Fix { key t; t: real; pos: vec2 }
+struct Probe { param x: vec2; time: real; constraint c { x - root.fixes.at(time, pos) } }
+root Table { fixes: list of Fix; probes: list of Probe }
+"""
+    )()
+    model.fixes.extend(t=[0, 1, 2], pos=[[0, 0], [1, 2], [2, 0]])
+    model.probes.append(x=[0, 0], time=1.5)
+    result = model.solve()
+    assert model.probes[0].x.value == pytest.approx([1.5, 1])
+    with pytest.raises(AraelError, match=r"E1061.*root.fixes.at\(time, pos\)"):
+        result.certificate()
+
+
 def guarded(load: Any) -> Any:
     return load(
         """
