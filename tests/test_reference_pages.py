@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import fields
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -92,6 +93,20 @@ def test_every_picture_of_an_example_is_in_the_gallery(picture: Path) -> None:
     assert f"**`{picture.parent.name}`**" in page
     assert f"](figures/gallery/{picture.name})" in page
     assert (DOCS / "figures" / "gallery" / picture.name).exists(), "run docs/figures/gallery.py"
+
+
+def test_the_site_asks_no_other_host() -> None:
+    text = (DOCS.parent / "mkdocs.yml").read_text(encoding="utf-8")
+    assert "font: false" in text
+    assert "repo_url" not in re.sub(r"#.*", "", text), "its numbers come from GitHub with each page"
+
+
+def test_the_navigation_is_nested_as_it_is_indented() -> None:
+    """A page may stand beside other pages of its group, and not between two groups' depths."""
+    lines = (DOCS.parent / "mkdocs.yml").read_text().partition("\nnav:\n")[2].splitlines()
+    depths = [len(line) - len(line.lstrip()) for line in lines]
+    assert all(b <= a or b == a + 4 for a, b in pairwise(depths))
+    assert all(lines[k].endswith(":") for k, (a, b) in enumerate(pairwise(depths)) if b > a)
 
 
 def test_every_page_is_in_the_navigation_once() -> None:
