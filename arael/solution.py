@@ -9,6 +9,7 @@ import numpy as np
 
 from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.failures import refuse_required
 from arael.solving import problem_of
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ class Solution:
     ------
     AraelError
         E1060: the model has other values or other data now.
+        E1038: rows of the model hold exactly.
     SolveError
         E1008: directions are free; they are named.
     """
@@ -49,6 +51,9 @@ class Solution:
         self.model, self.frozen = model, frozenset(frozen)
         model._store.check_complete()
         self.problem = problem_of(model, self.frozen)
+        refuse_required(
+            self.problem.layout, "sensitivities and influence", "solve again with other data"
+        )
         now = self.problem.x
         if x is not None and not _same_values(now, x):
             raise _changed(self.problem.layout.name, "values")

@@ -25,6 +25,7 @@ from arael.diagnostics.arguments import wrong_argument
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
+from arael.runtime.failures import refuse_required
 from arael.runtime.layout import Column
 
 Floats = NDArray[np.float64]
@@ -105,6 +106,9 @@ def next_data(
     criterion: str = "d",
 ) -> NextData:
     """Choose candidates for a solved model; see `arael.Model.next_data`."""
+    refuse_required(
+        model._problem().layout, "`next_data`", "compare `covariance()` with and without candidates"
+    )
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise wrong_argument("next_data", "count", "a whole number of at least 1", count)
     if criterion not in CRITERIA:

@@ -21,6 +21,7 @@ from arael.analysis.normal import NormalEquations
 from arael.analysis.variations import Experiments
 from arael.analysis.weakness import MANY
 from arael.diagnostics.records import AraelError, Diagnostic
+from arael.runtime.failures import refuse_required
 from arael.runtime.system import row_name
 
 Floats = NDArray[np.float64]
@@ -73,6 +74,7 @@ def projection_uncertainty(
 ) -> tuple[Projection, ...]:
     """Uncertainty over the picture of each camera; see `arael.Model.projection_uncertainty`."""
     problem = model._problem()
+    refuse_required(problem.layout, "projection uncertainty", "ask `covariance()` of the cameras")
     equations = NormalEquations(problem, hold_bounds=True)
     kept = np.isin(problem.free, equations.free)
     experiments = Experiments(model, kept)

@@ -22,6 +22,7 @@ from arael.analysis.weakness import MANY, WeakDirection, plain_name, weak_direct
 from arael.diagnostics.records import AraelError
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
+from arael.runtime.failures import refuse_required
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
@@ -245,6 +246,7 @@ class Verdict(Displayed):
 def verdict(model: Any) -> Verdict:
     """Judge the solution of a model; see `arael.Model.verdict`."""
     problem: Problem = model._problem()
+    refuse_required(problem.layout, "a verdict", "ask `covariance()` and `diagnose()`")
     table = cost_table(problem)
     diagnosis = diagnose(problem)
     residuals, parameters = diagnosis.residuals, diagnosis.parameters

@@ -146,6 +146,8 @@ def chordal_problem(compiled: Any, problem: Problem) -> ChordalProblem:
         if number >= len(typed.constraints):
             raise _none(problem, group.label, "it was added at run time")
         site = typed.constraints[number]
+        if group.require:
+            raise _none(problem, group.label, "it holds exactly")
         if group.loss_text or group.moving_guard is not None:
             what = "a loss" if group.loss_text else "a guard over parameters"
             raise _none(problem, group.label, f"it has {what}")

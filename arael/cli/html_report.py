@@ -91,6 +91,12 @@ def _tables(
     table = instance.cost_table()
     costs = [(label, f"{cost:.6g}", table.instances[label]) for label, cost in table.items()]
     yield "Cost by constraint", ("constraint", "cost", "instances"), costs
+    if result.required is not None:
+        yield (
+            "What holds exactly",
+            ("",),
+            [(line,) for line in result.required.sentences(result.cost)],
+        )
     phases = [(name, f"{seconds:.6f}") for name, seconds in result.timing.items()]
     yield "Time", ("phase", "seconds"), phases
 

@@ -33,3 +33,6 @@ def test_info_and_solve(arael: Arael, tmp_path: Path, least: str, status: str, c
     assert f'"status": "{status}"' in done.out
     shown = arael("solve", str(model), str(data)).out
     assert "Point.circle" in shown
+    report = tmp_path / "point.html"
+    arael("solve", str(model), str(data), "--report", str(report))
+    assert "What holds exactly" in report.read_text(encoding="utf-8")

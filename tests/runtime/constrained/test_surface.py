@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import arael
 from arael.diagnostics.records import AraelError
+from arael.distributed.parts.solve import check_splittable
 from arael.runtime.constrained.limits import Limits
 from arael.runtime.constrained.states import States
 
@@ -159,16 +162,29 @@ root R { ps: list of P }
 
 @pytest.mark.parametrize(
     "what",
-    ["problem", "marginalise", "free gauge"],
+    [
+        lambda model, result: model.problem(),
+        lambda model, result: model.covariance(gauge="free"),
+        lambda model, result: model.verdict(),
+        lambda model, result: model.next_data(1, {}, "rows"),
+        lambda model, result: result.sensitivity("points[0].x.x"),
+        lambda model, result: result.certificate(),
+        lambda model, result: model.marginalise(model.points[0]),
+        lambda model, result: check_splittable(model._compiled.layout),
+    ],
 )
-def test_what_does_not_know_rows_refuses_by_name(what: str) -> None:
-    model = sphere(np.array([1.6, 1.2, 0.1]))
-    with pytest.raises(AraelError, match="require"):
-        if what == "problem":
-            model.problem()
-        elif what == "free gauge":
-            model.covariance(gauge="free")
-        else:
-            from arael.runtime.failures import refuse_required
-
-            refuse_required(model._compiled.layout, "a window", "solve it as a whole")
+def test_what_does_not_know_rows_refuses_by_name(what: Any) -> None:
+    model = arael.loads(
+        """
+struct Point {
+    param x: vec2
+    constraint near { x - [1, 2] }
+    require circle { norm(x) == 1 }
+}
+root R { points: list of Point }
+""",
+        interpret=True,
+    )(points=[{"x": [1, 0]}])
+    result = model.solve()
+    with pytest.raises(AraelError, match=r"require|holds exactly"):
+        what(model, result)
