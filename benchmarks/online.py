@@ -65,10 +65,14 @@ class Stream:
 
     def __init__(self, path: Path, poses: int | None) -> None:
         self.path = path
-        self.flat = pose_graph_model(path) == "pose_graph_2d"
-        self.model = arael.load(pose_graph_model(path))
+        name = "pose_graph_2d" if path.suffix == ".txt" else pose_graph_model(path)
+        self.flat = name == "pose_graph_2d"
+        self.model = arael.load(name)
         self.whole = self.model()
-        self.whole.read(path)
+        if path.suffix == ".txt":
+            fill_park(self.whole, path)
+        else:
+            self.whole.read(path)
         edges = self.whole.edges
         self.a, self.b = rows(edges, "a"), rows(edges, "b")
         self.turn = "th" if self.flat else "q"
@@ -95,6 +99,30 @@ class Stream:
                 t, turn = pose_of(int(self.a[e]))
                 return compose(self.flat, t, turn, self.edge["t"][e], self.edge[self.turn][e])
         return self.start["t"][k], self.start[self.turn][k]
+
+
+def fill_park(model: Any, path: Path) -> None:
+    """Victoria Park: odometry, sights of trees, covariances, as in GTSAM's examples."""
+    number, marks = {0: 0}, {}  # type: tuple[dict[int, int], dict[int, int]]
+    pose, turn = np.zeros(2), 0.0
+    model.poses.append(t=pose, th=turn)
+    for text in path.read_text(encoding="ascii").splitlines():
+        kind, *words = text.split()
+        values = [float(word) for word in words]
+        if kind == "ODOMETRY":
+            a, b = number[int(values[0])], len(number)
+            number[int(values[1])] = b
+            pose, turn = compose(True, pose, turn, values[2:4], values[4])
+            model.poses.append(t=pose, th=turn)
+            u = np.diag(1 / np.sqrt([values[5], values[8], values[10]]))
+            model.edges.append(a=model.poses[a], b=model.poses[b], t=values[2:4], th=values[4], u=u)
+            continue
+        mark = marks.setdefault(int(values[1]), len(marks))
+        if mark == len(model.landmarks):
+            model.landmarks.append(t=pose)
+        row = model.poses[number[int(values[0])]]
+        u = np.diag(1 / np.sqrt([values[4], values[6]]))
+        model.observations.append(a=row, b=model.landmarks[mark], t=values[2:4], u=u)
 
 
 def rows(collection: Any, name: str) -> np.ndarray:

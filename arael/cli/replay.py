@@ -67,10 +67,10 @@ def command(
         click.echo(json.dumps({"by": recording.by, "written": [plot] if plot else [], **found}))
         return Exit.OK
     times = np.array(found["milliseconds"] or [0.0])
-    mean, middle, high, most = times.mean(), *np.percentile(times, [50, 99]), times.max()
+    middle, high = np.percentile(times, [50, 99])
     click.echo(
-        f"{recording.steps} steps by {recording.by}: mean {mean:.3g} ms, median {middle:.3g},"
-        f" 99th percentile {high:.3g}, maximum {most:.3g}"
+        f"{recording.steps} steps by {recording.by}: mean {times.mean():.3g} ms,"
+        f" median {middle:.3g}, 99th percentile {high:.3g}, maximum {times.max():.3g}"
     )
     full = f", {found['full']} solved in full" if found["full"] else ""
     click.echo(f"cost {found['cost']:.6g}{full}")

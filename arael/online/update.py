@@ -22,10 +22,13 @@ TOLERANCE = 1e-3
 
 # Another step is taken where it may gain more than this part of the cost; a smaller gain is left to
 # the next update, which linearises the same parameters anew.
-GAIN = 1e-3
+GAIN = 1e-4
 
 # Steps that one update takes at most; most take one.
 MAX_STEPS = 10
+
+# Scalars of a row, each of which has place for the widest of the model.
+WIDEST = 64
 
 # Parts by which the cost may rise, as the estimates are exact to tolerances, and to rounding.
 RISE = 1e-3
@@ -84,6 +87,8 @@ def unsupported(model: Any) -> str:
         return "the model is in f32"
     if getattr(store, "hooks", None) or getattr(store, "updates", None):
         return "functions of the caller evaluate residuals"
+    if any(entity.tangent > WIDEST for entity in layout.entities):
+        return f"a row has more than {WIDEST} scalars"
     if layout.summed:
         return "constraints with sums over rows are evaluated term by term"
     if any(layout.bounded) or any(store.tables[e.table].bounds_version for e in layout.entities):
