@@ -71,7 +71,7 @@ def full(session: nox.Session) -> None:
     """Everything: slow tests, all optional parts, no skip permitted (needs SuiteSparse)."""
     drawings = ("ezdxf>=1.4", "build123d>=0.9")
     files = ("pyarrow>=14", "h5py>=3.10", *drawings)
-    _install(session, "scikit-sparse<0.5", "numba", *files, "evo", "jax")
+    _install(session, "scikit-sparse<0.5", "numba", *files, "evo", "jax", "torch")
     session.run("python", "-m", "pytest", "-m", "", "--no-skips", *session.posargs)
 
 

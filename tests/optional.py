@@ -46,6 +46,7 @@ PARTS = {
     "Dask": Part("distributed", 'pip install "arael[distributed]"'),
     "cryptography": Part("cryptography", "pip install cryptography"),
     "JAX": Part("jax", 'pip install "arael[jax]"'),
+    "PyTorch": Part("torch", 'pip install "arael[torch]"'),
     "gtsam": Part("gtsam", "pip install gtsam"),
     "dask": Part("distributed", 'pip install "arael[distributed]"'),
 }

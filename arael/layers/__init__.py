@@ -1,1 +1,1 @@
-"""A solve as a differentiable function of its data; `arael.jax` wraps it."""
+"""A solve as a differentiable function of its data; `arael.jax` and `arael.torch` wrap it."""

@@ -74,6 +74,21 @@ class SolveLayer:
         found = solution.sensitivities().of(quantity, self.data, self._exact)
         return [found[path].reshape(s) for path, s in zip(self.data, self.shapes, strict=True)]
 
+    def batch(self, arrays: Sequence[Any]) -> tuple[tuple[int, ...], list[list[Floats]]]:
+        """Axes in front that all arrays share, and the arguments of each solve."""
+        front = {
+            np.shape(one)[: np.ndim(one) - len(shape)]
+            for one, shape in zip(arrays, self.shapes, strict=True)
+        }
+        if len(front) != 1:
+            raise self._misshapen([np.shape(one) for one in arrays])
+        axes: tuple[int, ...] = front.pop()
+        flat = [
+            np.asarray(one, dtype=np.float64).reshape(-1, *shape)
+            for one, shape in zip(arrays, self.shapes, strict=True)
+        ]
+        return axes, [[one[k] for one in flat] for k in range(len(flat[0]))]
+
     def _at(self, arrays: Sequence[Any]) -> tuple[Floats, Solution]:
         given = [np.array(one, dtype=np.float64, order="C") for one in arrays]
         if [one.shape for one in given] != self.shapes:
@@ -127,7 +142,7 @@ class SolveLayer:
                 "E1060",
                 f"the data have shapes {', '.join(map(str, found))}",
                 origin="layer",
-                help=(f"expected {expected}",),
+                help=(f"expected {expected}, with the same axes of a batch in front of all",),
             )
         )
 

@@ -1,4 +1,4 @@
-"""Solves as differentiable functions, by JAX: gradients checked, batches, jit."""
+"""Solves as differentiable functions, by JAX and by PyTorch: gradients checked, batches, jit."""
 
 from __future__ import annotations
 
@@ -70,6 +70,8 @@ def test_wrong_shapes(model: Any) -> None:
     core = SolveLayer(model, "points.y", "v")
     with pytest.raises(AraelError, match=r"E1060.*\(4,\).*(.|\n)*points.y \(5,\)"):
         core.values([Y[:4]])
+    with pytest.raises(AraelError, match="E1060"):
+        SolveLayer(model, ["points.y", "bias"], "v").batch([Y[None], 0.0])
 
 
 @pytest.mark.parametrize("part", [pytest.param("JAX", marks=needs("JAX"))])
@@ -93,3 +95,25 @@ def test_jax(model: Any, part: str) -> None:
         each = jax.vmap(lambda y: jax.jacrev(f)(y, x))(many)
         assert each.shape == (3, 2, 5)
         assert np.asarray(each[1]) == pytest.approx(np.asarray(jax.jacrev(f)(y + 0.1, x)), rel=1e-9)
+
+
+@pytest.mark.parametrize("part", [pytest.param("PyTorch", marks=needs("PyTorch"))])
+def test_torch(model: Any, part: str) -> None:
+    import torch
+
+    import arael.torch
+
+    del part
+    f = arael.torch.layer(model, ["points.y", "bias"], "[v, k]")
+    y = torch.tensor(Y, requires_grad=True)
+    bias = torch.tensor(0.1, dtype=torch.float64, requires_grad=True)
+    assert torch.autograd.gradcheck(f, (y, bias), eps=1e-3, atol=1e-5, rtol=1e-5)
+    many = torch.stack([y.detach(), y.detach() + 0.1]).requires_grad_()
+    f(many, torch.zeros(2, dtype=torch.float64))[:, 1].sum().backward()
+    core = SolveLayer(model, ["points.y", "bias"], "[v, k]")
+    for k in range(2):
+        expected = core.pullback([Y + 0.1 * k, 0.0], [0, 1])[0]
+        assert many.grad is not None
+        assert many.grad[k].numpy() == pytest.approx(expected, rel=1e-9)
+    single = torch.tensor(Y, dtype=torch.float32)
+    assert f(single, torch.tensor(0.0)).dtype == torch.float32
