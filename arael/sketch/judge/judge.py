@@ -370,7 +370,9 @@ class Judge:
         if layout.impossible.keys() & set(members) or proven(solver, members):
             return members, True
         others = pulling(solver, layout.connected(cause or members[-1]))
-        if others and (not cause or cause in others) and proven(solver, others):
+        if cause and others:  # without it all held
+            others = (*(name for name in others if name != cause), cause)
+        if others and proven(solver, others):
             return others, True
         return members, False
 

@@ -33,6 +33,8 @@ NEGATIVE = -1e-4
 KEPT = 0.5
 #: Residuals of at least this share of the largest one are not zero where their sum is least.
 PULLS = 1e-4
+#: Sums that differ by less than this share are the same.
+SAME = 1e-4
 #: How far starts are from the drawing, relative to its size.
 STARTS = (0.0, 0.02, 0.1, 0.3)
 #: Step for curvatures, relative to the drawing's size.
@@ -57,7 +59,7 @@ def proven(solver: Solver, names: Sequence[str]) -> bool:
         return False
     least = Least(region, x, layout.size)
     found = least.lowest(solver)
-    return found is not None and least.is_minimum(found)
+    return bool(found) and least.is_minimum(found[0])
 
 
 def pulling(solver: Solver, names: Sequence[str]) -> tuple[str, ...]:
@@ -70,9 +72,10 @@ def pulling(solver: Solver, names: Sequence[str]) -> tuple[str, ...]:
         return ()
     least = Least(region, x, layout.size)
     found = least.lowest(solver)
-    if found is None:
+    if not found:
         return ()
-    pulls = np.abs(least.residuals(found))
+    # Where contradictions can be shared in several ways, one alone may have all of it.
+    pulls = np.max([np.abs(least.residuals(z)) for z in found], axis=0)
     rows = region.rows[pulls > PULLS * pulls.max(initial=0.0)]
     owners = dict.fromkeys(layout.owner[row] for row in rows.tolist())
     return tuple(
@@ -129,18 +132,19 @@ class Least:
     def _slopes(self, z: Array) -> Array:
         return self._region.sides_at(self._at(z))[1]
 
-    def lowest(self, solver: Solver) -> Array | None:
-        """The lowest of the minima from several starts around the drawing; None without any."""
+    def lowest(self, solver: Solver) -> list[Array]:
+        """The lowest of the minima from several starts around the drawing, and those as low."""
         start = self.unknowns(self._x)
         random = np.random.default_rng(len(start))
         found = []
         for far in STARTS:
             if solver.interrupted:
-                return None
+                return []
             one = self.minimum(start + far * random.uniform(-1.0, 1.0, len(start)))
             if one is not None:
                 found.append(one)
-        return min(found, key=self.value, default=None)
+        found.sort(key=self.value)
+        return [z for z in found if self.value(z) <= (1.0 + SAME) * self.value(found[0])]
 
     def minimum(self, start: Array) -> Array | None:
         """Where the sum is least from a start, on all sides; None where that is not found."""

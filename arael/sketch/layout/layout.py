@@ -49,6 +49,7 @@ class Layout(System):
 
     def __init__(self, document: Document) -> None:
         super().__init__(document)
+        self._lines: tuple[int, NDArray[np.int64]] | None = None  # by `drawn`
         self._part: tuple[tuple[int, tuple[str, ...]], Part] | None = None
 
     # --- names ----------------------------------------------------------------------------
@@ -202,9 +203,34 @@ class Layout(System):
         entities = sorted((one.at, one.size) for one in records if isinstance(one, Entity))
         return np.array([at + k for at, size in entities for k in range(size)], dtype=np.int64)
 
+    def held(self) -> NDArray[np.bool_]:
+        """(n,) which elements of `x` are constants."""
+        found = np.zeros(len(self.x), dtype=bool)
+        found[self._root[self.held_numbers(self._live)]] = True
+        return found
+
+    def held_numbers(self, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Those numbers of the document that are constants."""
+        return offsets[self._use[offsets] < 0]
+
     def struct_of_guard(self, guard: int) -> str:
         """Name of the struct that a row of `guards` begins."""
         return str(self.guards.struct(guard))
+
+    def lines_in(self, names: Iterable[str] | None = None) -> NDArray[np.int64]:
+        """Offsets of the first numbers of the lines among records; of all lines without."""
+        if names is not None:
+            records = (self._laid[name].record for name in names)
+            lines = [one.at for one in records if isinstance(one, Entity) and one.kind == "line"]
+            return np.array(lines, dtype=np.int64)
+        if self._lines is None or self._lines[0] != self._drawn:
+            lines = [one.at for one in self.document.entities.values() if one.kind == "line"]
+            self._lines = (self._drawn, np.array(lines, dtype=np.int64))
+        return self._lines[1]
+
+    def line_ends(self) -> NDArray[np.int64]:
+        """Where in `x` lines begin and end, (k, 4)."""
+        return self.roots(self.lines_in()[:, None] + np.arange(4))
 
     def roots(self, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
         """Index in `x` of numbers of the document."""

@@ -242,6 +242,12 @@ class Numbers(Upkeep):
                 parts = max(parts, 1)
         return parts
 
+    def are_lengths(self, changes: Iterable[tuple[str, int]]) -> bool:
+        """Whether values that changed are of lengths alone."""
+        return all(
+            which == "rows" and self.rows.struct(row) not in _ANGULAR for which, row in changes
+        )
+
     def approach_turned(self, x: NDArray[np.float64]) -> None:
         """Values whose geometry is more than 90 degrees off at `x` are approached from there.
 

@@ -27,6 +27,7 @@ class Part:
 
     Attributes
     ----------
+    layout
     rows, guards : with unknowns numbered within the part
     numbers : (k,) offsets of the part's numbers in the document's values
     columns : (n,) index in the layout's `x`, by unknown
@@ -34,7 +35,7 @@ class Part:
     """
 
     def __init__(self, layout: Layout, names: Sequence[str]) -> None:
-        self._layout = layout
+        self.layout, self._names = layout, names
         rows, guards, quantities = layout.instances_of(names)
         self.numbers = layout.numbers_in(names)
         self.columns, self._own = np.unique(layout.roots(self.numbers), return_inverse=True)
@@ -47,7 +48,7 @@ class Part:
 
     def gather(self) -> Floats:
         """Unknowns from the document's numbers, (n,)."""
-        return self._layout.gather()[self.columns]
+        return self.layout.gather()[self.columns]
 
     def local(self, rows: Sequence[int]) -> list[int]:
         """Rows of the part for rows of the layout."""
@@ -55,7 +56,7 @@ class Part:
 
     def struct_of_guard(self, guard: int) -> str:
         """Name of the struct that a row of `guards` begins."""
-        return self._layout.struct_of_guard(int(self.guards.row_of[guard]))
+        return self.layout.struct_of_guard(int(self.guards.row_of[guard]))
 
     def changed(self, key: tuple[str, int]) -> bool:
         """Whether a value that changed, by ``rows`` or ``guards`` and its row, is the part's."""
@@ -64,19 +65,32 @@ class Part:
 
     def scatter(self, x: Floats) -> tuple[str, ...]:
         """Solved unknowns, (n,), into the document; names of entities whose numbers changed."""
-        return self._layout.scatter_numbers(self.numbers, x[self._own], self.columns, x)
+        return self.layout.scatter_numbers(self.numbers, x[self._own], self.columns, x)
+
+    def line_ends(self) -> Ints:
+        """As of the layout."""
+        ends = self.layout.lines_in(self._names)[:, None] + np.arange(4)
+        found: Ints = np.searchsorted(self.columns, self.layout.roots(ends))
+        return found
+
+    def held(self) -> NDArray[np.bool_]:
+        """As of the layout."""
+        found = np.zeros(len(self.columns), dtype=bool)
+        held = self.layout.roots(self.layout.held_numbers(self.numbers))
+        found[np.searchsorted(self.columns, held)] = True
+        return found
 
     # --- as a layout has them, for tolerances ------------------------------------------------
 
     @property
     def size(self) -> float:
         """Of the whole drawing."""
-        return self._layout.size
+        return self.layout.size
 
     def axes(self) -> NDArray[np.int8]:
         """What each unknown is, as of the layout."""
         found = np.zeros(len(self.columns), dtype=np.int8)
-        found[self._own] = self._layout.axis_of(self.numbers)
+        found[self._own] = self.layout.axis_of(self.numbers)
         return found
 
     def components(self) -> NDArray[np.int32]:

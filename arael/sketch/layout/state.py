@@ -65,6 +65,7 @@ class State:
         self._stale: set[str] = set()  # those that have to be laid out anew
         self._changes: dict[tuple[str, int], tuple[float, float]] = {}
         self._numbering: Numbering | None = None
+        self._components: tuple[int, NDArray[np.int32]] | None = None
         # Records that changed since all equations held last, entities that moved; None: not known.
         self._touched: dict[str, None] | None = None
         # Offsets of the x of all points, and of other lengths, of a version.

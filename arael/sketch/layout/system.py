@@ -264,7 +264,10 @@ class System(Numbers):
 
     def components(self) -> NDArray[np.int32]:
         """Number of the component by row, then by element of `x`: what hangs together by rows."""
-        return components(self.rows)
+        self.refresh()
+        if self._components is None or self._components[0] != self.version:
+            self._components = (self.version, components(self.rows))
+        return self._components[1]
 
     def connected(self, name: str) -> tuple[str, ...]:
         """Constraints and dimensions whose equations hang together with those of one."""

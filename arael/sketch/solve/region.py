@@ -101,8 +101,7 @@ class Region:
     def _lines_in(self, reached: NDArray[np.bool_], x: Array) -> NDArray[np.int64]:
         """Where in `x` the ends of lines are (k, 4) that can become longer or shorter."""
         layout = self._solver.layout
-        lines = [one.at for one in layout.document.entities.values() if one.kind == "line"]
-        roots = layout.roots(np.array(lines, dtype=np.int64)[:, None] + np.arange(4))
+        roots = layout.line_ends()
         roots = roots[reached[roots].any(axis=1)]
         return roots[_lengths(x, roots) > COLLAPSED * layout.size]
 

@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 #: Steps past guards; most searches take fewer than ten.
 STEPS = 40
+#: Steps after the equations hold.
+POLISHING = 3
 #: Share of a guard's number that a step may use up.
 SHARE = 0.7
 #: Singular values below this share of the largest are zero.
@@ -99,7 +101,7 @@ class Search:
                     return None
             x = tried
             if region.holds(x):
-                polished = x.copy()
+                polished = self._to_rounding(x)
                 if self._polished(polished):
                     x = polished
                 return x if self._good(x) else None
@@ -107,6 +109,19 @@ class Search:
                 return None
             size = new
         return None
+
+    def _to_rounding(self, x: Array) -> Array:
+        """A solution by a few more steps: the rank is judged where equations hold up to rounding."""
+        region, columns = self._region, self._region.columns
+        for _ in range(POLISHING):
+            residuals, jacobian = region.linearised(x)
+            tried = x.copy()
+            tried[columns] += region.scale[columns] * _solve(jacobian, residuals)[0]
+            np.clip(tried, region.low, region.high, out=tried)
+            if not np.linalg.norm(region.residuals(tried)) < 0.5 * np.linalg.norm(residuals):
+                break
+            x = tried
+        return x
 
     def _least(
         self, residuals: Array, jacobian: Array, sides: Array, slopes: Array, x: Array
@@ -219,8 +234,8 @@ def _least_distance(least: Array, free: Array, rows: Array, limits: Array) -> Ar
     target = np.zeros(len(system))
     target[-1] = 1.0
     weights, gap = nnls(system, target)
-    if gap <= 1e-9:
-        return None
     left = system @ weights - target
+    if gap <= 1e-9 or left[-1] == 0.0:
+        return None
     step: Array = least - top * free @ (left[:-1] / left[-1])
     return step

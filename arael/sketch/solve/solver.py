@@ -24,6 +24,7 @@ from arael.sketch.solve.outcome import Outcome
 from arael.sketch.solve.search import Search
 from arael.sketch.solve.tolerances import TOLERANCE, Tolerances
 from arael.sketch.solve.turning import Turning
+from arael.sketch.solve.turning_back import turned_back
 
 Array = NDArray[np.float64]
 
@@ -203,6 +204,8 @@ class Solver:
         found = None if changes else self._held(x, self._part)
         if found is None and all(map(part.changed, changes)):
             found = self._solved(x, changes, self._part)
+            if found.solved:
+                x = self._turned_back(part, part.gather(), x, changes)
         if found is None or not found.solved:
             layout.return_changes(changes)
             return None
@@ -265,6 +268,7 @@ class Solver:
             layout.return_changes(taken)
             layout.note_parameters(x, NEAR_KNOT)
             return found, x
+        x = self._turned_back(layout, start, x, changes)
         outcome = self.written(x, found)
         if edited:  # places that were joined may have begun on another side
             layout.renew_guards(x)
@@ -332,6 +336,16 @@ class Solver:
         layout.set_share(changes, 1.0)
         share = (part + found.fraction) / parts
         return self.named(found, x, tolerances.at(x), share, of=of)
+
+    @staticmethod
+    def _turned_back(
+        of: Layout | Part, before: Array, x: Array, changes: Mapping[tuple[str, int], object]
+    ) -> Array:
+        """See `turned_back`: where new lengths have been solved for."""
+        layout = of if isinstance(of, Layout) else of.layout
+        if not changes or not layout.are_lengths(changes):
+            return x
+        return turned_back(of, of.line_ends(), before, x)
 
     def _held(self, x: Array, system: _Equations | None = None) -> Outcome | None:
         """The outcome at `x` where all equations hold, None where a solve has something to do.

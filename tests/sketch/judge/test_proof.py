@@ -14,6 +14,7 @@ CONTRADICTIONS = [
     ("add_line 0,0 1,0 0.5,1 0,0; length L0 1; length L1 1", "length L2 3"),
     ("add_line 0,0 5,0; horizontal L0", "vertical L0"),
     ("add_rect 0,0 4,2 hv", "perpendicular L0 L2"),
+    ("add_line 2,-8 -1,-7 5,-10; horizontal L1; perpendicular L0 L1", "vertical L1"),
     ("add_line 0,0 10,0 20,0; length L0 10; length L1 10; lock L0.p1", "distance L0.p1 L1.p2 25"),
     ("add_circle 0,0 2; add_point 1,1; lock A0.center; radius A0 2; point_on P0 A0",
      "hdistance A0.center P0 3"),

@@ -140,3 +140,12 @@ def test_what_a_collapse_would_fulfil_is_fulfilled_otherwise(script: str, line: 
     lines = [one.name for one in sketch.document.entities.values() if one.kind == "line"]
     ends = [sketch.document.numbers_of(name) for name in lines]
     assert min(math.dist(one[:2], one[2:]) for one in ends) > 0.05
+
+
+def test_what_was_searched_for_holds_up_to_rounding() -> None:
+    sketch = Sketch()
+    sketch.run("add_line 1.6,-7.8 -1.2,-7 4.6,-9.7; horizontal L1; perpendicular L0 L1")
+    sketch.run("add_circle 9,9 1 noconnect")
+    with pytest.raises(AraelError) as caught:  # the rank of these two is one
+        sketch.run("angle L0 L1 90")
+    assert caught.value.diagnostics[0].code == "E1230"
