@@ -111,7 +111,7 @@ class Search:
         return None
 
     def _to_rounding(self, x: Array) -> Array:
-        """A solution by a few more steps: the rank is judged where equations hold up to rounding."""
+        """A solution by more steps: the rank is judged where equations hold up to rounding."""
         region, columns = self._region, self._region.columns
         for _ in range(POLISHING):
             residuals, jacobian = region.linearised(x)

@@ -1,8 +1,8 @@
 """What nothing asks to turn keeps its direction.
 
 Steps of least change of the coordinates turn a figure that is held at one point: a rectangle
-becomes longer with less change where it turns. A figure that is free to turn as a whole is turned back, so
-that its lines have the directions that they had, as nearly as it can be.
+becomes longer with less change where it turns. A figure that is free to turn as a whole is turned
+back, so that its lines have the directions that they had, as nearly as it can be.
 """
 
 from __future__ import annotations
