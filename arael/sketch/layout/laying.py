@@ -30,6 +30,11 @@ class Laying(Aliases):
         """Whether a `point_on` of its own holds a point on a curve."""
         return any(self.same(point, one) for one in self._on.get(curve, {}).values())
 
+    def on_both(self, first: str, second: str) -> int | None:
+        """A point that relations of its own hold on both of two curves; None: there is none."""
+        points = self._on.get(first, {}).values()
+        return next((point for point in points if self.lies_on(point, second)), None)
+
     def piece_of(self, name: str) -> int | None:
         """On which piece of a spline a `point_on` is to be; None: on the nearest."""
         return self._pieces.get(name)

@@ -24,6 +24,9 @@ class Alike(Protocol):
     def lies_on(self, point: int, curve: str) -> bool:
         """Whether an equation of its own holds a point on a curve."""
 
+    def on_both(self, first: str, second: str) -> int | None:
+        """A point that equations of its own hold on both of two curves."""
+
     def piece_of(self, name: str) -> int | None:
         """On which piece of a spline a `point_on` is to be; None: on the nearest."""
 

@@ -89,6 +89,9 @@ def _line_round(
         common = next(
             ((end, end) for end in curve.ends if alike.lies_on(end, line.entity.name)), None
         )
+    point = alike.on_both(line.entity.name, curve.entity.name) if common is None else None
+    if point is not None:
+        common = point, point
     if curve.is_circular:
         circle = curve.circle
         if common is None:

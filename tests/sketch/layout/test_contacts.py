@@ -1,10 +1,12 @@
 """Where ellipses touch is found among the places where they nearly do."""
 
 import math
+from itertools import permutations
 
 import numpy as np
 import pytest
 
+from arael.sketch.commands.session import Session
 from arael.sketch.document.document import Document
 from arael.sketch.geometry import Ellipse
 from arael.sketch.layout.operands import operands
@@ -97,3 +99,25 @@ def test_a_circle_touches_an_ellipse_at_its_vertices(angle: float, side: int) ->
         document.add_entity("circle", (*center, radius))
     ellipse, circle = operands(document, tuple(document.entities))
     assert math.dist(contact(document.values, ellipse, circle), point) < 1e-12
+
+
+@pytest.mark.parametrize(
+    "order", permutations(["tangent L0 A0", "point_on P0 L0", "point_on P0 A0"])
+)
+def test_a_point_on_a_line_and_its_circle_is_where_they_touch(order: tuple[str, ...]) -> None:
+    """Where both pass through a point their distance has no derivative: directions are compared."""
+    session = Session()
+    session.run(
+        "add_circle 0,0 3 noconnect; add_line -5,4 6,3.5 noconnect; add_point 1,3.5 noconnect"
+    )
+    session.run("lock A0.center; radius A0 3")
+    for line in order:
+        session.run(line)
+    a, b, c, d = session.document.numbers_of("L0").tolist()
+    way = complex(c - a, d - b)
+    foot = complex(a, b) + way * (-complex(a, b) * way.conjugate()).real / abs(way) ** 2
+    point = complex(*session.document.numbers_of("P0").tolist())
+    assert abs(point - foot) < 1e-9
+    assert abs(foot) == pytest.approx(3.0, abs=1e-9)
+    assert session.editor.judge.freedoms().total == 3  # of the line; none of the point
+    session.editor.layout.check()
