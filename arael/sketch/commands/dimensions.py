@@ -53,11 +53,17 @@ cross are brought to the nearer of these. A point stays inside or outside, a lin
         ("hdistance L0.p1 L1.p2 VALUE",),
         "Distance of two points along x; which is on the left stays.",
         ("a point", "another point"),
+        """
+With a negative value the second point is to the left of the first.
+""",
     ),
     "vdistance": _Kind(
         ("vdistance L0.p1 L1.p2 VALUE",),
         "Distance of two points along y; which is above stays.",
         ("a point", "another point"),
+        """
+With a negative value the second point is below the first.
+""",
     ),
     "radius": _Kind(
         ("radius A0 VALUE",), "Radius of a circle or arc; first radius of an ellipse.", ("an arc",)
@@ -71,7 +77,7 @@ cross are brought to the nearer of these. A point stays inside or outside, a lin
         "Angle between the directions of two lines.",
         ("a line", "another line"),
         """
-Directions run from p1 to p2. `supplement` means the other angle, 180 minus this one; `closest` the
+Directions run from p1 to p2; a negative value is clockwise. `supplement` means the other angle, 180 minus this one; `closest` the
 one of the two that is closer to the value, `acute` the smaller, `obtuse` the larger one as the
 lines lie now.
 """,

@@ -53,6 +53,8 @@ from arael.sketch.solve.solver import Solver
 CONNECT_WITHIN = 1e-3
 #: Curves that meet within this angle (degrees) are made tangent by themselves.
 TANGENT_WITHIN = 1.0
+#: Of these a negative value says on which side.
+_TO_EITHER_SIDE = ("hdistance", "vdistance", "angle")
 #: How often values that read geometry are worked out and solved for again.
 _ROUNDS = 200
 _T = TypeVar("_T")
@@ -401,9 +403,32 @@ class Editor:
             verdict = self.judge.lock_verdict(record.name, points[0], record.numbers)
         else:
             verdict = self.judge.tie_verdict(record.name, points[0], points[1])
-        self._refuse(verdict, force, f"{record.kind} {' '.join(record.args)}")
+        label = f"{record.kind} {' '.join(record.args)}"
+        if verdict.kind == "impossible":
+            turned = self._other_side_of(record, verdict.members)
+            if turned:
+                raise refusals.other_side(label, turned)
+        self._refuse(verdict, force, label)
         self.document.put("constraints", record)
         self._settle(record.name)
+
+    def _other_side_of(self, record: Constraint, members: Sequence[str]) -> str:
+        """A tangent or distance whose other side lets a tie or lock in, by its curve; or empty."""
+        document = self.document
+        for name in members:
+            table = "constraints" if name in document.constraints else "dimensions"
+            one = getattr(document, table).get(name)
+            if one is None or one.kind not in ("tangent", "distance") or not one.side:
+                continue
+
+            def holds(table: str = table, one: Any = one) -> bool:
+                document.put(table, replace(one, side=-one.side))
+                document.put("constraints", record)
+                return self.solver.solve().solved
+
+            if self.explain(holds):
+                return str(one.args[-1].partition(".")[0])
+        return ""
 
     def _center_or_point(self, handle: str) -> int:
         entity, point, _ = canonical(self.document, handle)
@@ -505,8 +530,12 @@ class Editor:
         if value is None and low is None and high is None:
             now = measured(self.document, kind, spelt, mode)
             value = Amount(repr(now), now)
-        value, low, high = (_positive(kind, one) for one in (value, low, high))
         known = self.known_dimension(kind, spelt)
+        negative = kind in _TO_EITHER_SIDE and value is not None and value.number < 0.0
+        side = self._side(kind, spelt if known is None else known.args)
+        if negative:  # of its operands in this order
+            side = -1 if known is None or known.args == spelt else 1
+        value, low, high = (_positive(kind, one) for one in (value, low, high))
         if known is not None:
             return self.set_dimension(
                 known.name,
@@ -515,11 +544,10 @@ class Editor:
                 high=high,
                 derived=derived,
                 mode=mode,
-                side=self._side(kind, known.args, mode),
+                side=side,
             )
         check_amounts(kind, (value, low, high))
         with self.document.transaction(f"{kind} {' '.join(spelt)}"):
-            side = self._side(kind, spelt, mode)
             name = self.document.next_name("d")
             record = Dimension(
                 name, kind, spelt, value, low, high, derived, side, mode, forced=force
@@ -548,7 +576,7 @@ class Editor:
             return "" if abs(plain - wanted) <= abs(other - wanted) else "supplement"
         return "" if (plain <= other) == (mode == "acute") else "supplement"
 
-    def _side(self, kind: str, args: tuple[str, ...], mode: str) -> int:
+    def _side(self, kind: str, args: tuple[str, ...]) -> int:
         if not DIMENSIONS[kind].signed:
             return 0
         return -1 if signed(self.document, kind, args, "") < 0.0 else 1

@@ -101,9 +101,10 @@ def test_a_circle_touches_an_ellipse_at_its_vertices(angle: float, side: int) ->
     assert math.dist(contact(document.values, ellipse, circle), point) < 1e-12
 
 
-@pytest.mark.parametrize(
-    "order", permutations(["tangent L0 A0", "point_on P0 L0", "point_on P0 A0"])
-)
+TOUCH = ("tangent L0 A0", "point_on P0 L0", "point_on P0 A0")
+
+
+@pytest.mark.parametrize("order", list(permutations(TOUCH)))
 def test_a_point_on_a_line_and_its_circle_is_where_they_touch(order: tuple[str, ...]) -> None:
     """Where both pass through a point their distance has no derivative: directions are compared."""
     session = Session()
