@@ -77,9 +77,9 @@ With a negative value the second point is below the first.
         "Angle between the directions of two lines.",
         ("a line", "another line"),
         """
-Directions run from p1 to p2; a negative value is clockwise. `supplement` means the other angle, 180 minus this one; `closest` the
-one of the two that is closer to the value, `acute` the smaller, `obtuse` the larger one as the
-lines lie now.
+Directions run from p1 to p2; a negative value is clockwise. `supplement` means the other angle,
+180 minus this one; `closest` the one of the two that is closer to the value, `acute` the smaller,
+`obtuse` the larger one as the lines lie now.
 """,
     ),
     "xangle": _Kind(
