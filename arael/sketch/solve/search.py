@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 #: Steps past guards; most searches take fewer than ten.
 STEPS = 40
+#: Parts of the way of a step, where the sides cannot be kept for all of it.
+PARTS = (1.0, 0.5, 0.2, 0.05)
 #: Steps after the equations hold.
 POLISHING = 3
 #: Share of a guard's number that a step may use up.
@@ -84,7 +86,8 @@ class Search:
                 return None
             residuals, jacobian = self._region.linearised(x)
             sides, slopes = self._region.sides_at(x)
-            step = self._least(residuals, jacobian, sides, slopes, x)
+            steps = (self._least(part * residuals, jacobian, sides, slopes, x) for part in PARTS)
+            step = next((one for one in steps if one is not None), None)
             if step is None:
                 return None
             norm = float(np.linalg.norm(residuals))

@@ -149,3 +149,14 @@ def test_what_was_searched_for_holds_up_to_rounding() -> None:
     with pytest.raises(AraelError) as caught:  # the rank of these two is one
         sketch.run("angle L0 L1 90")
     assert caught.value.diagnostics[0].code == "E1230"
+
+
+def test_where_a_whole_step_cannot_keep_all_sides_a_part_of_it_is_made() -> None:
+    """Rectangles without directions are joined to a chain, each farther from its end."""
+    sketch = Sketch()
+    for k in range(9):
+        sketch.run(f"add_rect {6 * k},0 {6 * k + 5},3")
+        if k:
+            sketch.run(f"coincident L{4 * k}.p1 L{4 * k - 4}.p2")
+        sketch.run(f"length L{4 * k} 5; length L{4 * k + 1} 3")
+    assert not sketch.editor.solver.left_open()
