@@ -21,7 +21,7 @@ from arael.sketch.solve.solver import Solver
 Array = NDArray[np.float64]
 
 #: Unknowns of a proof at most: its matrices are dense.
-MOST_UNKNOWNS = 120
+MOST_UNKNOWNS = 60
 #: Residuals, relative to the drawing's size, from which on equations are open.
 OPEN = 1e-7
 #: What may be left of the gradient, relative to the residuals.

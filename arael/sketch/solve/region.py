@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 #: Unknowns of the problem, those next to the open equations first: the rest does not move.
-MOST_UNKNOWNS = 240
+MOST_UNKNOWNS = 120
 
 
 class Region:
@@ -28,6 +28,7 @@ class Region:
     solver : with the new values set, and prepared
     x : (n,) unknowns of the layout; not changed
     names : constraints and dimensions that count, with the equations of entities; all without
+    most : unknowns at most
 
     Attributes
     ----------
@@ -40,8 +41,14 @@ class Region:
     low, high : (n,) bounds
     """
 
-    def __init__(self, solver: Solver, x: Array, names: Sequence[str] | None = None) -> None:
-        self._solver = solver
+    def __init__(
+        self,
+        solver: Solver,
+        x: Array,
+        names: Sequence[str] | None = None,
+        most: int = MOST_UNKNOWNS,
+    ) -> None:
+        self._solver, self._most = solver, most
         layout = solver.layout
         self._rows, self._guards = layout.rows, layout.guards
         low, high = layout.bounds
@@ -83,13 +90,13 @@ class Region:
         counts = np.ones(rows.m, dtype=bool) if self.active is None else self.active
         near = (np.abs(residuals) > self._solver.tolerances.at(x)) & counts
         reached = near @ pattern > 0
-        self.is_large = bool(reached.sum() > MOST_UNKNOWNS)
+        self.is_large = bool(reached.sum() > self._most)
         if not reached.any() or self.is_large:
             return False
         while True:
             wider = (reached @ pattern.T > 0) & counts, (reached @ sides.T > 0) & self._kept
             more = reached | (wider[0] @ pattern > 0) | (wider[1] @ sides > 0)
-            if more.sum() == reached.sum() or more.sum() > MOST_UNKNOWNS:
+            if more.sum() == reached.sum() or more.sum() > self._most:
                 break
             reached = more
         self.columns = np.flatnonzero(reached)

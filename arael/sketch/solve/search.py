@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.sketch.solve.region import Region
+from arael.sketch.solve.region import MOST_UNKNOWNS, Region
 
 if TYPE_CHECKING:
     from arael.sketch.solve.solver import Solver
@@ -50,11 +50,18 @@ class Search:
     solver : with the new values set, and prepared
     x : (n,) unknowns of the layout; not changed
     names : constraints and dimensions that count; all without
+    most : unknowns at most; the rest does not move
     """
 
-    def __init__(self, solver: Solver, x: Array, names: Sequence[str] | None = None) -> None:
+    def __init__(
+        self,
+        solver: Solver,
+        x: Array,
+        names: Sequence[str] | None = None,
+        most: int = MOST_UNKNOWNS,
+    ) -> None:
         self._solver, self._start = solver, x
-        self._region = Region(solver, x, names)
+        self._region = Region(solver, x, names, most)
 
     def solution(self) -> Array | None:
         """Unknowns that solve everything and keep the sides; None if none was found."""
@@ -86,7 +93,8 @@ class Search:
                 return None
             residuals, jacobian = self._region.linearised(x)
             sides, slopes = self._region.sides_at(x)
-            steps = (self._least(part * residuals, jacobian, sides, slopes, x) for part in PARTS)
+            least, free = _solve(jacobian, residuals)
+            steps = (self._least(part * least, free, sides, slopes, x) for part in PARTS)
             step = next((one for one in steps if one is not None), None)
             if step is None:
                 return None
@@ -127,10 +135,9 @@ class Search:
         return x
 
     def _least(
-        self, residuals: Array, jacobian: Array, sides: Array, slopes: Array, x: Array
+        self, least: Array, free: Array, sides: Array, slopes: Array, x: Array
     ) -> Array | None:
-        """The least scaled step that solves the linear equations and keeps the sides."""
-        least, free = _solve(jacobian, residuals)
+        """The least scaled step that does as much as the step `least` does, and keeps the sides."""
         scale = self._region.scale[self._region.columns]
         low = self._region.low[self._region.columns] - x[self._region.columns]
         high = self._region.high[self._region.columns] - x[self._region.columns]

@@ -51,6 +51,9 @@ SMALLEST_PART, PASSING_PART = 1.0 / 512.0, 1.0 / 64.0
 LEFT_OUT, MOST_GAIN = 1.0 / 16.0, 4.0
 
 
+#: Unknowns of a search in a trial: a contradiction takes many trials.
+MOST_IN_TRIAL = 24
+
 _NONE: Mapping[str, float] = MappingProxyType({})
 
 
@@ -554,7 +557,7 @@ class Solver:
         lost = self.collapsed(x)
         if good and not lost:
             return True
-        if Search(self, start, names).solution() is not None:
+        if Search(self, start, names, MOST_IN_TRIAL).solution() is not None:
             return True
         lines = [one for one in lost if one.kind == "line"]
         for ways in self._turns(lines, names) if lines else ():
