@@ -198,6 +198,7 @@ class Tracker:
             if rows.moved_to is not None:
                 keep = rows.moved_to >= 0
                 to = rows.moved_to[keep]
+                self._flags[e] = None  # the same flags may be those of other rows
                 removed.append(known[~keep])
             found[to] = known[keep]
             stored[to], held[to] = self._stored[e][keep], self._held[e][keep]

@@ -93,6 +93,21 @@ def test_any_edits(net: type, seed: int) -> None:
         assert_a_step(edited, f"seed {seed}: {done}")
 
 
+def test_a_window_whose_first_row_is_fixed(net: type) -> None:
+    """Flags are the same at every step, but those of other rows."""
+    edited = Edited(net, 8, 3)
+    for _ in range(6):
+        edited.points[0].pos.fixed = edited.points[0].scale.fixed = True
+        assert_a_step(edited, "window")
+        assert len(product(edited.model)) == 21
+        gone = edited.points.pop(0)
+        for link in [link for link in edited.links if gone in link[1:]]:
+            edited.model.links.remove(link[0])
+            edited.links.remove(link)
+        edited.model.points.remove(gone)
+        edited.append_point()
+
+
 def robot(name: str, seed: int, poses: int) -> tuple[Any, Any]:
     """A model and a generator that appends a pose with its edges, from random walks with loops."""
     rng = np.random.default_rng(seed)
