@@ -156,7 +156,7 @@ class Solution:
 
         if not isinstance(text, str):
             raise wrong_argument("sensitivity", "of", "a parameter or a formula", text)
-        found = named_quantity(self.problem, self.system.free, text)
+        found = named_quantity(self.system, text)
         if found is not None:
             return found
         probed, number = self._probed(text)

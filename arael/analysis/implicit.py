@@ -72,6 +72,11 @@ class ImplicitSystem:
         """Scalars of the system that the solution determines."""
         return self.problem.free if self._quick is not None else self.equations.free
 
+    @cached_property
+    def names(self) -> list[str]:
+        """(size,) names of the scalars of the system."""
+        return self.problem.structure.system.names()
+
     @property
     def on_bound(self) -> dict[str, str]:
         """Names of the scalars on an active bound, each with the bound in words."""

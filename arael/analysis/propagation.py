@@ -132,7 +132,7 @@ def all_scalars(sensitivities: Sensitivities) -> Quantity:
             f"{len(system.free)} scalars were solved for: name those of interest",
             'for example `of="cam.f"`, or several: `of=["cam.f", "poses[3]"]`',
         )
-    names = sensitivities.problem.structure.system.names()
+    names = system.names
     unit = np.zeros((len(system.free), sensitivities.problem.size))
     unit[np.arange(len(system.free)), system.free] = 1
     return Quantity("", tuple(names[k] for k in system.free), unit)

@@ -55,14 +55,14 @@ class Quantity:
         return self.names == (self.text,)
 
 
-def named_quantity(problem: Problem, free: NDArray[np.int64], text: str) -> Quantity | None:
+def named_quantity(system: ImplicitSystem, text: str) -> Quantity | None:
     """The scalar, or the scalars of the row or parameter, of that name; None if none is free."""
-    names = problem.structure.system.names()
+    names, free = system.names, system.free
     within = [k for k in free if names[k] == text]
     within = within or [k for k in free if names[k].startswith((f"{text}.", f"{text}["))]
     if not within:
         return None
-    unit = np.zeros((len(within), problem.size))
+    unit = np.zeros((len(within), len(names)))
     unit[np.arange(len(within)), within] = 1
     return Quantity(text, tuple(names[k] for k in within), unit)
 
@@ -326,7 +326,7 @@ class Sensitivities:
             return {}
         found: dict[str, _Target] = {}
         system = self.problem.structure.system
-        names = system.names()
+        names = self.system.names
         for name, text in self.system.on_bound.items():
             number, row, tangent = system.owner(names.index(name))
             entity = self.problem.layout.entities[number]
