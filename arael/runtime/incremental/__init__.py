@@ -1,0 +1,1 @@
+"""A factor that is kept while rows come and go: `Model.update` solves with it."""
