@@ -201,6 +201,20 @@ def test_a_point_cloud_has_the_optimum_of_its_closed_form(load: Load) -> None:
     assert found.verdict == "global" and not found.twin
 
 
+@pytest.mark.parametrize("kind", ["euler", "rotation", "quaternion"])
+def test_kinds_of_rotations(load: Load, kind: str) -> None:
+    rng = np.random.default_rng(7)
+    model = load(CLOUD.replace("R: euler", f"R: {kind}"))(t=[1, 2, 3])
+    model.R = [1, 0.2, 0.3] if kind == "euler" else [0.5, 0.5, 0.5, 0.5]
+    model.pairs.extend(p=rng.normal(size=(9, 3)), q=rng.normal(size=(9, 3)))
+    chordal = chordal_problem(model._compiled, model._problem())
+    assert chordal.exact
+    assert chordal.cost(chordal.values()) == pytest.approx(model.cost(), rel=1e-12)
+    x = chordal.minimised(chordal.values())
+    chordal.put(x)
+    assert model.cost() == pytest.approx(chordal.cost(x), rel=1e-12)
+
+
 # --- public files -----------------------------------------------------------------------------
 
 
