@@ -100,7 +100,7 @@ def _replay(
 
 
 def _draw(times: list[float], title: str, path: str) -> None:
-    # imported here: matplotlib
+    # imported here: start-up time
     from arael.plot.figure import save
     from arael.plot.times import times_figure
 
