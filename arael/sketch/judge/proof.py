@@ -31,6 +31,8 @@ NEGATIVE = -1e-4
 #: Share of what they are now that lengths of lines and numbers of sides keep. Equations of
 #: directions are lengths: with less, all of them are nearly fulfilled.
 KEPT = 0.5
+#: There must be no solution where they may become as short as this, either.
+SHORTER = 0.02
 #: Residuals of at least this share of the largest one are not zero where their sum is least.
 PULLS = 1e-4
 #: Sums that differ by less than this share are the same.
@@ -59,7 +61,10 @@ def proven(solver: Solver, names: Sequence[str]) -> bool:
         return False
     least = Least(region, x, layout.size)
     found = least.lowest(solver)
-    return bool(found) and least.is_minimum(found[0])
+    if not found or not least.is_minimum(found[0]):
+        return False
+    shorter = Least(region, x, layout.size, SHORTER).lowest(solver)
+    return bool(shorter) and least.value(shorter[0]) > OPEN**2
 
 
 def pulling(solver: Solver, names: Sequence[str]) -> tuple[str, ...]:
@@ -91,11 +96,12 @@ class Least:
     region : equations and sides
     x : (n,) unknowns of the layout
     size : of the drawing
+    kept : share of what they are now that lengths and sides keep
     """
 
-    def __init__(self, region: Region, x: Array, size: float) -> None:
+    def __init__(self, region: Region, x: Array, size: float, kept: float = KEPT) -> None:
         self._region, self._x, self._size = region, x, size
-        self._limits = KEPT * region.sides_at(x)[0] / size
+        self._limits = kept * region.sides_at(x)[0] / size
 
     def unknowns(self, x: Array) -> Array:
         """Scaled unknowns of the region."""
