@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from arael.diagnostics.records import AraelError, Diagnostic
-from arael.geometry.arrays import Array, as_scalar
+from arael.geometry.arrays import Array, as_numbers, as_scalar
 
 # Candidates are this part of the longer of the two median intervals apart.
 _STEP = 0.5
@@ -72,7 +72,7 @@ def _misfit(t: Array, r: Array, at: Array, seen: Array) -> float:
 
 
 def _samples(times: ArrayLike, values: ArrayLike, name: str, other: str) -> tuple[Array, Array]:
-    t, v = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
+    t, v = as_numbers(times, name), as_numbers(values, other)
     if t.ndim != 1 or t.shape != v.shape or len(t) < 3:
         raise _refused(
             f"`{name}` and `{other}` have the shapes {t.shape} and {v.shape}",

@@ -71,4 +71,5 @@ def _group(group: Group, move: Move) -> Group:
         group,
         where=move(group.where),
         places=tuple(replace(p, where=move(p.where)) for p in group.places),
+        look_ups=tuple(replace(one, where=move(one.where)) for one in group.look_ups),
     )

@@ -137,7 +137,9 @@ def test_places_are_all_moved() -> None:
                 yield from records(hint, seen)
 
     placed = {k.__name__ for k in records(Layout, set()) if "where" in k.__struct_fields__}
-    assert placed == {"Table", "Column", "ByValue", "Group", "Place", "Block", "Function"}
+    assert placed == {
+        *("Table", "Column", "ByValue", "Group", "Place", "LookUp", "Block", "Function")
+    }
 
 
 def test_detached_and_attached_are_inverse(tmp_path: Path) -> None:
