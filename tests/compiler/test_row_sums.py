@@ -370,8 +370,8 @@ def test_stages_show_the_terms() -> None:
     tree = compiler.syntax(Source("crane.arael", source))
     program = compiler.derive(compiler.types(tree, findings), "crane.arael")
     text = programs(program)
-    assert "term of the sum over loads" in text
-    assert "d v0 / d sum1[0] = t" in text
+    assert "term of sum1, over loads" in text
+    assert "d r0 / d sum1[0] = t" in text
     assert "d v0 / d loads.mass = t" in text
     stages = formulas(compiler.types(tree, Findings()), None, None)
     assert "r0 = " in stages

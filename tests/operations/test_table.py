@@ -136,10 +136,12 @@ USES = {
     "arael/check": {
         *("cos", "exp", "log", "max", "min", "pow", "rad_diff", "rad_sum", "sin", "sqrt"),
         *("starship", "tan"),
+        # What gives an angle, and ranges of values; `clamp` is a word of look-ups, too.
+        *("abs", "atan2", "clamp", "cosh", "deg2rad", "hypot", "tanh"),
     },
     "arael/compiler": {
-        *("abs", "cos", "exp", "expm1", "identity", "log", "log1p", "max", "min", "pow", "sin"),
-        "sqrt",
+        *("abs", "clamp", "cos", "exp", "expm1", "identity", "log", "log1p", "max", "min"),
+        *("pow", "sin", "sqrt"),
     },
     "arael/runtime": set(),
 }

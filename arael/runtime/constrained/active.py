@@ -75,7 +75,7 @@ def acting_rows(problem: Problem, bounds: bool = True) -> Acting:
 
 
 def _multipliers(columns: Floats, target: Floats, equal: Bools) -> Floats:
-    # imported here: start-up time
+    # Imported here for start-up time: most models require nothing.
     from scipy.optimize import lsq_linear
 
     low = np.where(equal, -np.inf, 0.0)

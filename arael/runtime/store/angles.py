@@ -64,7 +64,7 @@ def _unexplained(values: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _warn(table: Table, column: Column, rows: NDArray[Any], values: NDArray[np.float64]) -> None:
-    # imported here: start-up time
+    # Imported here for start-up time: few models are asked about.
     from arael.diagnostics.render import render
 
     row, angles = int(rows[0]), values[0]

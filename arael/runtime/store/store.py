@@ -107,7 +107,7 @@ class Store:
 
     def check_angles(self) -> None:
         """Warn of angles that may be degrees, W0702, once for each field."""
-        # imported here: start-up time, most models have no angles
+        # Imported here for start-up time: few models have angles as data.
         from arael.runtime.store.angles import warn_of_degrees
 
         self.angles_checked = warn_of_degrees(self)
