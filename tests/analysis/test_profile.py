@@ -168,7 +168,7 @@ def test_scalars_of_rotations_and_transforms_have_profiles() -> None:
         found = model.profile(f"frames[1].{name}")
         assert found.value == 0
         assert (found.low, found.high) == pytest.approx((-half, half), rel=1e-6), name
-    assert str(model.profile("frames[0].q.x")).startswith("frames[0].q.x = 0 in [-0.39")
+    assert str(model.profile("frames[0].q.x")).startswith("frames[0].q.x = 0.00 in [-0.39, 0.39]")
 
 
 @pytest.mark.slow
