@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from arael.compiler import compiler
+from arael.compiler.compilation import compile_text
 from arael.diagnostics.records import Findings, Source
+from arael.syntax.files import read_source
 from tests.optional import needs, require
 
 ROOT = Path(__file__).parents[1]
@@ -120,7 +122,12 @@ def models() -> list[object]:
 
 @pytest.mark.sweep(4)
 @pytest.mark.parametrize("text", models())
-def test_models_in_documents_compile(text: str) -> None:
+def test_models_in_documents_compile(text: str, tmp_path: Path) -> None:
+    if text.startswith("import "):  # files are imported by a file
+        path = tmp_path / "page.arael"
+        path.write_text(text, encoding="utf-8")
+        assert not compile_text(read_source(path)).layout.warnings
+        return
     findings = Findings()
     model = compiler.types(compiler.syntax(Source("page.arael", text)), findings)
     assert not list(findings)
