@@ -139,7 +139,7 @@ def test_a_step_of_a_window_has_constant_cost(kind: Any) -> None:
             gc.collect()
             counts.add(sum(str(type(o).__module__).startswith("arael.") for o in gc.get_objects()))
     assert len(sizes) == 1
-    assert max(counts) - min(counts) < 50
+    assert max(counts) - min(counts) < 100  # of 199 steps: less than one object a step
 
 
 def test_priors_apart_stay_apart_and_those_within_are_merged(kind: Any) -> None:

@@ -185,6 +185,7 @@ class Solver:
             layout.return_changes(taken)
             return None
         outcome = self.written(found, Outcome("solved"))
+        layout.renew_guards(found)  # places that were joined may have begun on another side
         layout.settled()
         return outcome
 
