@@ -346,3 +346,19 @@ PLANTED: dict[str, Callable[[Load, np.random.Generator], Any]] = {
     "one bad view": lambda load, rng: camera(load, rng, bad=5.0),
 }
 """The deficiencies by name."""
+
+NAMED: dict[str, tuple[set[str], list[str], dict[str, set[str]]]] = {
+    "planar motion": ({"unseen"}, ["X.translation.z"], {"motions.a_q": {"x", "y"}}),
+    "one rotation axis": ({"unseen"}, ["lever.x", "base.x"], {"fixes.q": {"y", "z"}}),
+    "no scale": ({"gauge"}, ["grow or shrink together"], {}),
+    "short time span": ({"unseen"}, ["tau", "`a`", "`c`"], {"samples.t": {""}}),
+    "one distance only": ({"unseen"}, ["gain", "offset"], {"shots.distance": {""}}),
+    "rolling shutter unseen": ({"unseen"}, ["delay"], {"frames.velocity": {"x", "y"}}),
+    "few corners": ({"coverage"}, ["projections of `m", "% of the picture"], {}),
+    "correlated clock": ({"order"}, ["neighbours in time"], {}),
+    "gauge left free": ({"gauge"}, ["along x", "along y", "turn together"], {}),
+    "two parameters for one effect": ({"redundant"}, ["gain", "response"], {}),
+    "wrong sigma": ({"scale"}, ["Shot.scale"], {}),
+    "one bad view": ({"group"}, ["`views[3]`"], {}),
+}
+"""What each deficiency must be called: topics, parameters in the words, what is missing."""
