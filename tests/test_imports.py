@@ -277,6 +277,24 @@ def test_start_up_imports_no_more_modules_of_arael_than_it_needs(code: str) -> N
     assert len(found) <= START[code], sorted(found)
 
 
+def test_a_solve_imports_no_large_module_that_it_does_not_need() -> None:
+    """Each takes a tenth of the time of `arael solve` of a file or more."""
+    script = (
+        "import arael, sys\n"
+        "model = arael.load('pose_graph_2d')()\n"
+        "u = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
+        "for k in range(40): model.poses.append(t=[k, 0], th=0)\n"
+        "for k in range(39): model.edges.append(a=k, b=k + 1, t=[1, 0], th=0.1, u=u)\n"
+        "model.anchors.append(pose=0, t=[0, 0], th=0, u=u)\n"
+        "print(model.solve())\n"
+        "print([m for m in ('numpy.ma', 'scipy.sparse', 'sympy', 'lark') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 def test_lark_is_used_by_its_public_names_only() -> None:
     """The tables of its parsers come from what it stores of them, not from its attributes."""
     public = {"lark.Lark", "lark.grammar.Rule", "lark.lexer.PatternStr", "lark.lexer.TerminalDef"}

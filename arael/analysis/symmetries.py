@@ -379,7 +379,8 @@ def _reach(columns: list[_Column], stored: list[NDArray[Any]], diagonal: Floats)
         if column.use.kind in ("vec", "real") and felt.any():
             with np.errstate(over="ignore"):
                 size = float(np.sqrt(np.square(_values(column, stored, rows)).mean()))
-            most = max(_SHORT * size, float(np.median(sigma[felt])))
+            # The upper median; `np.median` would import `numpy.ma`.
+            most = max(_SHORT * size, float(np.sort(sigma[felt])[np.count_nonzero(felt) // 2]))
         found[at] = np.minimum(most, sigma)
     return found
 
