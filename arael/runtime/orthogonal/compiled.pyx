@@ -3,7 +3,6 @@
 
 include "analysis.pxi"
 include "factor.pxi"
-include "freedom.pxi"
 include "scaling.pxi"
 include "scaled_factor.pxi"
 include "rank_qr.pxi"

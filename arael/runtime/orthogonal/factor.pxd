@@ -40,9 +40,9 @@ cdef class Factor:
     cdef int* reached               # (n)
 
     cdef void* array(self, dtype, Py_ssize_t count) except? NULL
-    cdef bint factor(self, double dead, double noise, const uint8_t* chosen) noexcept nogil
+    cdef bint factor(self, double dead, double noise) noexcept nogil
     cdef void front(self, int f, double dead, double noise) noexcept nogil
-    cdef void count(self, double dead) noexcept nogil
+    cdef void count(self) noexcept nogil
     cdef bint gather(self, int f, const double* v) noexcept nogil
     cdef void forward(self, int f, double* v) noexcept nogil
     cdef bint backward(self, int f, double* v) noexcept nogil

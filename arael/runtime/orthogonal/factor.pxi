@@ -67,21 +67,16 @@ cdef class Factor:
         self.kept.append(made)
         return writable(made, dtype)
 
-    cdef bint factor(self, double dead, double noise, const uint8_t* chosen) noexcept nogil:
-        """Factor `values`; only the fronts that are chosen, which include all above them.
-
-        False if it was broken off; a few chosen fronts are not.
-        """
+    cdef bint factor(self, double dead, double noise) noexcept nogil:
+        """Factor `values`; False if it was broken off."""
         cdef int f, u
-        if chosen == NULL:
-            for u in range(self.analysis.plan.n):
-                self.front_of_slot[u], self.free[u] = -1, 1
+        for u in range(self.analysis.plan.n):
+            self.front_of_slot[u], self.free[u] = -1, 1
         for f in range(self.analysis.plan.fronts):
-            if chosen == NULL and self.interruption.look():
+            if self.interruption.look():
                 return False
-            if chosen == NULL or chosen[f]:
-                self.front(f, dead, noise)
-        self.count(dead)
+            self.front(f, dead, noise)
+        self.count()
         return True
 
     cdef void front(self, int f, double dead, double noise) noexcept nogil:
@@ -147,7 +142,7 @@ cdef class Factor:
             self.front_of_slot[slot[i]] = f
             self.free[slot[i]] = i >= self.live[f]
 
-    cdef void count(self, double dead) noexcept nogil:
+    cdef void count(self) noexcept nogil:
         """Count the rank; find how far the decisions were from the tolerance."""
         cdef int k
         self.rank = 0

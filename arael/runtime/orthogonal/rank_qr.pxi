@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from libc.stdint cimport int64_t, uint8_t
+from libc.stdint cimport int64_t
 
 from arael.runtime.address cimport address, writable
 from arael.runtime.compiled cimport Interruption
@@ -34,7 +34,7 @@ cdef class RankQR(ScaledFactor):
     interruption : Interruption, optional
         A request of any thread to break off. It is looked at per equation of the analysis, per
         front of the factor, per dependent equation and per vector of the null space. A factor that
-        was broken off is none; `factor` may be called again. Edits are not broken off.
+        was broken off is none; `factor` may be called again.
 
     Raises
     ------
@@ -50,7 +50,6 @@ cdef class RankQR(ScaledFactor):
     ):
         if m < 0 or n < 0:
             raise ValueError(f"expected a shape of numbers that are not negative, found ({m}, {n})")
-        self.given_tolerance = tolerance
         self.interruption = interruption if interruption is not None else Interruption()
         eps = np.finfo(np.float64).eps
         indptr, indices = np.array(indptr, dtype=np.int32), np.array(indices, dtype=np.int32)
@@ -63,7 +62,7 @@ cdef class RankQR(ScaledFactor):
             20 * max(m + n, 1) * eps if tolerance is None else tolerance, self.interruption,
         )
 
-    def factor(self, entries, scale=None, active=None, shortest=0.0):
+    def factor(self, entries, scale=None, shortest=0.0):
         """Factor the matrix with these entries.
 
         Parameters
@@ -73,8 +72,6 @@ cdef class RankQR(ScaledFactor):
             Scales of the unknowns, positive: the factor is that of J diag(scale), and norms of
             directions are those of `d / scale`. Without it, powers of two that balance the
             entries; entries below 4 eps of the greatest of their equation are then zero.
-        active : (m,) bool, optional
-            Equations that take part; all by default.
         shortest : float, optional
             Length that an equation has, in scaled unknowns, where its entries do not cancel out.
             Those that are shorter are not scaled up to others: what is left of them may be
@@ -91,7 +88,6 @@ cdef class RankQR(ScaledFactor):
         self.shortest = shortest
         entries = _doubles(entries, len(self.indices), "entries")
         cdef const double* scales = NULL
-        cdef const uint8_t* on = NULL
         if scale is not None:
             scale = _doubles(scale, self.n, "scales")
             wrong = np.flatnonzero(~(np.isfinite(scale) & (scale > 0)))
@@ -101,27 +97,19 @@ cdef class RankQR(ScaledFactor):
                     "number"
                 )
             scales = <const double*>address(scale, np.float64, self.n)
-        if active is not None:
-            active = np.ascontiguousarray(active, dtype=np.uint8)
-            if active.shape != (self.m,):
-                raise ValueError(f"expected {self.m} flags of equations, found {active.shape}")
-            on = <const uint8_t*>address(active, np.uint8, self.m)
         cdef const double* numbers = <const double*>address(entries, np.float64)
         cdef int wrong_equation
         with nogil:
-            wrong_equation = self.factor_entries(numbers, scales, on)
+            wrong_equation = self.factor_entries(numbers, scales)
         self.settled = None
         if wrong_equation < 0:
             raise InterruptedWork
-        self._refuse(wrong_equation)
+        if wrong_equation:
+            raise ValueError(f"equation {wrong_equation - 1} has an entry that is not finite")
 
     def _look(self):
         if self.interruption.look():
             raise InterruptedWork
-
-    def _refuse(self, int wrong):
-        if wrong:
-            raise ValueError(f"equation {wrong - 1} has an entry that is not finite")
 
     def _require(self):
         if not self.factored:
@@ -182,24 +170,16 @@ cdef class RankQR(ScaledFactor):
 
     @property
     def independent(self):
-        """Mask (m,) of the active equations that are not dependent: a basis of the row space."""
-        found = self._active()
+        """Mask (m,) of the equations that are not dependent: a basis of the row space."""
+        found = np.ones(self.m, dtype=np.bool_)
         found[self._settle().dependent] = False
-        return found
-
-    def _active(self):
-        found = np.empty(self.m, dtype=np.bool_)
-        cdef int i
-        for i in range(self.m):
-            found[i] = self.active[i]
         return found
 
     def _settle(self):
         """Dependencies of the dependent equations, after exchanges by priority."""
         self._require()
-        if self.settled is None or self.settled_of != self.factors:
+        if self.settled is None:
             self.settled = settle(self._found(), self.priority)
-            self.settled_of = self.factors
         return self.settled
 
     def _found(self):
@@ -222,7 +202,7 @@ cdef class RankQR(ScaledFactor):
                     factor[p] /= self.of_equations[equation[p]]
                 found.append((-1, equations[:count].copy(), factors[:count].copy()))
         for i in range(self.m):
-            if self.part.slot_of[a.position[i]] >= 0 or not self.active[i]:
+            if self.part.slot_of[a.position[i]] >= 0:
                 continue
             self._look()
             count = self.dependency_into(
@@ -306,11 +286,6 @@ cdef class RankQR(ScaledFactor):
             count = self.dependency_into(size, at, value, equation, factor, &remainder)
         return Dependency(equations[:count].copy(), factors[:count].copy(), remainder)
 
-    def in_row_space(self, unknowns, values, tolerance=None):
-        """Whether a row is a combination of the equations, by its remainder and the tolerance."""
-        limit = self.tolerance if tolerance is None else tolerance
-        return self._combination(unknowns, values).remainder <= limit
-
     def least_norm(self, right):
         """d of least norm with `J d = right` on the independent equations.
 
@@ -337,28 +312,6 @@ cdef class RankQR(ScaledFactor):
             for k in range(count):
                 self.least_norm_into(r + k * self.m, d + k * self.n)
         return made[0] if np.ndim(right) == 1 else made
-
-    def project(self, vectors):
-        """Projection onto the null space of J: the nearest vectors v with `J v = 0`.
-
-        Parameters
-        ----------
-        vectors : (n,) or (k, n) float64
-
-        Returns
-        -------
-        The same shape; nearest in the norm of `v / scale`.
-        """
-        self._require()
-        made = np.array(vectors, dtype=np.float64, order="C", ndmin=2)
-        if made.shape[1:] != (self.n,):
-            raise ValueError(f"expected vectors of {self.n} numbers, found {made.shape}")
-        cdef double* v = <double*>writable(made, np.float64)
-        cdef Py_ssize_t k, count = len(made)
-        with nogil:
-            for k in range(count):
-                self.project_into(v + k * self.n)
-        return made[0] if np.ndim(vectors) == 1 else made
 
     def null_vectors(self):
         """Vectors that span the null space of J, each of as few unknowns as its front reads.
@@ -395,145 +348,6 @@ cdef class RankQR(ScaledFactor):
             k += 1
             starts[k] = size
         return Vectors(self.n, starts, places[:size].copy(), values[:size].copy())
-
-    def freedom(self):
-        """How far each unknown can move.
-
-        Returns
-        -------
-        (n,) float64
-            Length of the projection of its unit vector onto the null space, scaled: 0 for an
-            unknown that is determined, 1 for one that is in no equation.
-        """
-        self._require()
-        shares = np.empty(self.n)
-        cdef double[::1] share = shares
-        cdef int u
-        for u in range(self.n):
-            share[u] = self.share[u]
-        return row_lengths(self.part)[:self.n] * shares
-
-    def movable(self, least=1e-9):
-        """Mask (n,) of the unknowns whose `freedom` is above `least`."""
-        return self.freedom() > least
-
-    def left_null_vectors(self):
-        """Vectors y with `y'J = 0`: one for each dependent equation, which has -1.
-
-        Returns
-        -------
-        Vectors
-            of length m, in the order of `dependent`
-        """
-        starts, places, values = [0], [np.empty(0, np.int32)], [np.empty(0)]
-        for i in self._settle().dependent:
-            found = self.dependency(i)
-            at = np.append(found.equations, i).astype(np.int32)
-            order = np.argsort(at)
-            places.append(at[order])
-            values.append(np.append(found.factors, -1.0)[order])
-            starts.append(starts[len(starts) - 1] + len(at))
-        return Vectors(
-            self.m, np.array(starts, np.int64), np.concatenate(places), np.concatenate(values)
-        )
-
-    @property
-    def components(self):
-        """Connected components of the pattern.
-
-        Returns
-        -------
-        count : int
-        of_equations : (m,) int32, -1 for an equation without entries
-        of_unknowns : (n,) int32, numbered in the order of their first unknowns
-        """
-        cdef const Plan* a = &self.analysis.plan
-        cdef int u, i, f, count = 0
-        unknowns, equations = np.empty(self.n, np.int32), np.full(self.m, -1, np.int32)
-        numbers = np.full(max(a.fronts, 1), -1, np.int32)
-        cdef int[::1] of_unknowns = unknowns, of_equations = equations, number = numbers
-        for u in range(self.n):
-            f = a.front_of_unknown[u]
-            if f >= 0 and number[a.root[f]] >= 0:
-                of_unknowns[u] = number[a.root[f]]
-                continue
-            of_unknowns[u] = count
-            if f >= 0:
-                number[a.root[f]] = count
-            count += 1
-        for i in range(self.m):
-            of_equations[i] = number[a.root[a.front_of[a.position[i]]]]
-        return count, equations, unknowns
-
-    def free_of_components(self):
-        """Free directions of each component, (components,) int64."""
-        self._require()
-        count, _, unknowns = self.components
-        cdef int u
-        free = np.zeros(self.n, dtype=np.int64)
-        cdef int64_t[::1] slots = free
-        for u in range(self.n + self.copies):
-            slots[self.origin[u]] += self.part.free[u]
-        # A slot without a pivot is an unknown of the same component.
-        return np.bincount(unknowns, weights=free, minlength=count).astype(np.int64)
-
-    # --- edits ---
-
-    def _switch(self, int equation, bint on):
-        self._require()
-        if not 0 <= equation < self.m:
-            raise ValueError(f"expected an equation from 0 to {self.m - 1}, found {equation}")
-        if self.active[equation] == on:
-            raise ValueError(f"equation {equation} is {'active' if on else 'dropped'} already")
-        self.active[equation] = on
-        self.settled = None
-        with nogil:
-            # Scales of unknowns stay as they are.
-            equation_scales(
-                self.m, self.start, self.at, self.entries, self.active,
-                self.of_unknowns, self.of_equations, self.shortest,
-            )
-            self.load()
-            self.refactor(equation)
-
-    def drop(self, int equation):
-        """Take an equation out; its number stays. Factors again only fronts that it reaches."""
-        self._switch(equation, False)
-
-    def restore(self, int equation):
-        """Put an equation back that was dropped."""
-        cdef uint8_t yes = 1
-        if 0 <= equation < self.m and not_finite(1, self.start + equation, self.entries, &yes):
-            self._refuse(equation + 1)
-        self._switch(equation, True)
-
-    def append(self, unknowns, values, priority=0):
-        """Append an equation; its number is the old m.
-
-        The verdict costs one `dependency_of`. The pattern is analysed again, and the matrix
-        factored with the scales of the unknowns that it had.
-
-        Returns
-        -------
-        Dependency
-            The equation as a combination of those before it; it is dependent if the remainder is
-            within the tolerance.
-        """
-        found = self.dependency_of(unknowns, values)
-        active = np.append(self._active(), True)
-        numbers = np.append(self.numbers, values)
-        scale = None if self.automatic else self.scales[1]
-        interruption, shortest = self.interruption, self.shortest
-        RankQR.__init__(
-            self, self.m + 1, self.n,
-            np.append(self.indptr, self.start[self.m] + len(unknowns)),
-            np.append(self.indices, unknowns),
-            np.append(self.priority, priority), self.given_tolerance,
-        )
-        self.factor(numbers, scale, active, shortest)
-        # Its arrays are replaced one after the other: it must not be left between two of them.
-        self.analysis.interruption = self.part.interruption = self.interruption = interruption
-        return found
 
 
 def _doubles(values, Py_ssize_t count, what):

@@ -1,9 +1,9 @@
-"""Factor of a scaled sparse matrix, and solves with it, for loops without the GIL."""
+"""Factor of a scaled sparse matrix, and solves with it, without the GIL."""
 
 import numpy as np
 
 from libc.math cimport fabs, sqrt
-from libc.stdint cimport int64_t, uint8_t
+from libc.stdint cimport int64_t
 from libc.string cimport memcpy, memset
 
 from arael.runtime.address cimport writable
@@ -51,7 +51,6 @@ cdef class ScaledFactor:
         self.wide = <double*>self.array(np.float64, n + self.copies)
         self.numbers = np.zeros(len(indices))
         self.entries = <double*>writable(self.numbers, np.float64)
-        self.active = <uint8_t*>self.array(np.uint8, m)
         self.of_equations = <double*>self.array(np.float64, m)
         self.of_unknowns = <double*>self.array(np.float64, n)
         self.least = <double*>self.array(np.float64, m)
@@ -63,34 +62,27 @@ cdef class ScaledFactor:
         self.kept.append(made)
         return writable(made, dtype)
 
-    cdef int factor_entries(
-        self, const double* entries, const double* scale, const uint8_t* active
-    ) noexcept nogil:
-        cdef int i, wrong
+    cdef int factor_entries(self, const double* entries, const double* scale) noexcept nogil:
+        cdef int wrong = not_finite(self.m, self.start, entries)
         self.factored = False
-        self.factors += 1
-        for i in range(self.m):
-            self.active[i] = active == NULL or active[i] != 0
-        wrong = not_finite(self.m, self.start, entries, self.active)
         if wrong:
             return wrong
-        if entries != self.entries:
-            memcpy(self.entries, entries, self.start[self.m] * sizeof(double))
+        memcpy(self.entries, entries, self.start[self.m] * sizeof(double))
         self.automatic = scale == NULL
         if self.automatic:
             both_scales(
-                self.m, self.n, self.start, self.at, self.entries, self.active,
+                self.m, self.n, self.start, self.at, self.entries,
                 self.of_unknowns, self.of_equations, self.side, self.other, self.shortest,
             )
         else:
             memcpy(self.of_unknowns, scale, self.n * sizeof(double))
             equation_scales(
-                self.m, self.start, self.at, self.entries, self.active,
+                self.m, self.start, self.at, self.entries,
                 self.of_unknowns, self.of_equations, self.shortest,
             )
         self.load()
         # Roundings of what is below the pivots of a front; and what counts as no rank.
-        if not self.part.factor(self.dead, min(self.dead, NOISE), NULL):
+        if not self.part.factor(self.dead, min(self.dead, NOISE)):
             return -1
         self.factored = True
         return 0
@@ -128,12 +120,6 @@ cdef class ScaledFactor:
                     if fabs(self.entries[p]) > self.least[a.equation[t]] else 0.0
                 )
 
-    cdef int rank_now(self) noexcept nogil:
-        return self.part.rank - self.copies
-
-    cdef bint is_basic(self, int equation) noexcept nogil:
-        return self.part.slot_of[self.analysis.plan.position[equation]] >= 0
-
     cdef void least_norm_into(self, const double* right, double* d) noexcept nogil:
         cdef const Plan* a = &self.analysis.plan
         cdef int i, f
@@ -146,22 +132,6 @@ cdef class ScaledFactor:
             self.part.backward(f, self.wide)
         for i in range(self.n):
             d[i] = self.wide[i] * self.of_unknowns[i] * self.share[i]
-
-    cdef void project_into(self, double* v) noexcept nogil:
-        cdef const Plan* a = &self.analysis.plan
-        cdef int i, f
-        cdef double* wide = self.wide
-        for i in range(self.n + self.copies):
-            wide[i] = v[self.origin[i]] / self.of_unknowns[self.origin[i]] / self.share[i]
-        for f in range(a.fronts):
-            self.part.forward(f, wide)
-        for i in range(self.n + self.copies):
-            if not self.part.free[i]:
-                wide[i] = 0
-        for f in range(a.fronts - 1, -1, -1):
-            self.part.backward(f, wide)
-        for i in range(self.n):
-            v[i] = wide[i] * self.of_unknowns[i] * self.share[i]
 
     cdef int dependency_into(
         self, int count, const int* unknowns, const double* values, int* equations,
@@ -239,15 +209,3 @@ cdef class ScaledFactor:
             y = sqrt(length)
             remainder[0] = min(sqrt(left) / max(y, self.shortest / largest), 1.0)
         return found
-
-    cdef int refactor(self, int equation) noexcept nogil:
-        """Factor again what the entries of one equation reach."""
-        cdef const Plan* a = &self.analysis.plan
-        cdef int p, path = 0
-        for p in range(self.start[equation], self.start[equation + 1]):
-            path = self.part.climb(a.front_of_unknown[self.copy_at[p]], path)
-        if self.start[equation] == self.start[equation + 1]:
-            path = self.part.climb(a.front_of[a.position[equation]], path)
-        self.part.factor(self.dead, min(self.dead, NOISE), self.part.marked)
-        self.part.release(path)
-        return path

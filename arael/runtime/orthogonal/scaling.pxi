@@ -1,7 +1,6 @@
 """Scales of equations and unknowns, powers of two so that scaling rounds nothing."""
 
 from libc.math cimport fabs, frexp, isfinite, ldexp, sqrt
-from libc.stdint cimport uint8_t
 
 # An entry below this part of the largest of its equation is a rounding error: scaling its unknown
 # up would make it an equation of its own.
@@ -27,21 +26,18 @@ cdef double negligible(int count, const double* entries) noexcept nogil:
     return ROUNDING * largest
 
 
-cdef int not_finite(
-    int m, const int* start, const double* entries, const uint8_t* active
-) noexcept nogil:
-    """1 + the first active equation with an entry that is not finite, or 0."""
+cdef int not_finite(int m, const int* start, const double* entries) noexcept nogil:
+    """1 + the first equation with an entry that is not finite, or 0."""
     cdef int i, p
     for i in range(m):
-        if active[i]:
-            for p in range(start[i], start[i + 1]):
-                if not isfinite(entries[p]):
-                    return i + 1
+        for p in range(start[i], start[i + 1]):
+            if not isfinite(entries[p]):
+                return i + 1
     return 0
 
 
 cdef void equation_scales(
-    int m, const int* start, const int* at, const double* entries, const uint8_t* active,
+    int m, const int* start, const int* at, const double* entries,
     const double* of_unknowns, double* of_equations, double shortest,
 ) noexcept nogil:
     """Scale equations to lengths in [1, 2), with given scales of the unknowns.
@@ -53,8 +49,6 @@ cdef void equation_scales(
     cdef double largest, total, x
     for i in range(m):
         of_equations[i] = 0
-        if not active[i]:
-            continue
         largest = total = 0
         for p in range(start[i], start[i + 1]):
             largest = max(largest, fabs(entries[p] * of_unknowns[at[p]]))
@@ -70,7 +64,7 @@ cdef void equation_scales(
 
 
 cdef void both_scales(
-    int m, int n, const int* start, const int* at, const double* entries, const uint8_t* active,
+    int m, int n, const int* start, const int* at, const double* entries,
     double* of_unknowns, double* of_equations, double* least, double* greatest, double shortest,
 ) noexcept nogil:
     """Scale equations and unknowns by turns, by the geometric mean of least and greatest entry.
@@ -86,8 +80,6 @@ cdef void both_scales(
         for u in range(n):
             least[u], greatest[u] = 1e300, 0
         for i in range(m):
-            if not active[i]:
-                continue
             none = negligible(start[i + 1] - start[i], entries + start[i])
             low, high = 1e300, 0
             for p in range(start[i], start[i + 1]):
@@ -103,4 +95,4 @@ cdef void both_scales(
                     least[at[p]], greatest[at[p]] = min(least[at[p]], x), max(greatest[at[p]], x)
         for u in range(n):
             of_unknowns[u] = power(1 / sqrt(least[u]) / sqrt(greatest[u])) if greatest[u] else 1.0
-    equation_scales(m, start, at, entries, active, of_unknowns, of_equations, shortest)
+    equation_scales(m, start, at, entries, of_unknowns, of_equations, shortest)

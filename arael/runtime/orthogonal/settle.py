@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.components import graph_components
 from arael.runtime.orthogonal.exchange import reduce_by_priority
 
 #: Equations and their scaled factors.
@@ -71,23 +72,14 @@ def _groups(
     found: list[tuple[int, NDArray[np.int32], NDArray[np.float64]]],
 ) -> list[list[tuple[int, NDArray[np.int32], NDArray[np.float64]]]]:
     """Dependencies that have equations in common, directly or through others."""
-    first: dict[int, int] = {}
-    up = list(range(len(found)))
-
-    def root(k: int) -> int:
-        while up[k] != k:
-            up[k] = up[up[k]]
-            k = up[k]
-        return k
-
-    for k, (_, equations, _) in enumerate(found):
-        for i in equations.tolist():
-            other = root(first.setdefault(i, k))
-            mine = root(k)
-            up[max(mine, other)] = min(mine, other)
+    used = [equations for _, equations, _ in found]
+    ends = np.concatenate([np.zeros(0, dtype=np.int64), *used])
+    owners = np.repeat(np.arange(len(found)), [len(equations) for equations in used])
+    nodes = len(found) + int(ends.max(initial=-1)) + 1
+    labels = graph_components(nodes, owners, len(found) + ends)
     groups: dict[int, list[tuple[int, NDArray[np.int32], NDArray[np.float64]]]] = {}
     for k, item in enumerate(found):
-        groups.setdefault(root(k), []).append(item)
+        groups.setdefault(int(labels[k]), []).append(item)
     return list(groups.values())
 
 
