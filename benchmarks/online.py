@@ -4,15 +4,21 @@ Poses are taken in one at a time with the measurements whose last pose they are,
 odometry at the newest estimate. Times include appending the rows, the update, and reading the
 newest pose; the guess is computed outside of them. The first step of a file is left out.
 
-``python -m benchmarks.online FILE [--poses N]`` prints the figures of one file.
+A fixed lag: a planar robot with a window of 30 poses, whose oldest pose is marginalised after each
+update; times and memory of the second and the last tenth of the way.
+
+``python -m benchmarks.online FILE [--poses N]`` prints the figures of one file,
+``python -m benchmarks.online lag [--poses N]`` those of the fixed lag.
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
 import statistics
 import sys
 import time
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -319,6 +325,53 @@ def line(path: Path, one: Measured) -> str:
     return f"| {path.stem} | {one.name} | {one.figures()} | {worst} | {one.full or ''} |"
 
 
+def fixed_lag(poses: int, window: int = 30) -> list[str]:
+    """Rows of a table: a window that slides, times and memory by tenths of the way."""
+    rng = np.random.default_rng(1)
+    model = arael.load("pose_graph_2d")()
+    clock, u = time.thread_time, np.diag([50.0, 50.0, 200.0])
+    refs = deque([model.poses.append(t=[0, 0], th=0)], maxlen=window + 1)
+    model.anchors.append(pose=refs[0], t=[0, 0], th=0, u=2 * u)
+    times, memory, full = np.zeros(poses), np.zeros(poses), 0
+    for k in range(poses):
+        # The way bends to and fro; odometry, and every third step a sight of three poses back.
+        bend = 0.1 * np.cos(0.01 * k)
+        last, back = refs[-1], refs[-3] if k % 3 == 2 and len(refs) > 3 else None
+        d, turn = [1.0, 0.0] + 0.02 * rng.normal(size=2), bend + 0.005 * rng.normal()
+        t, th = compose(True, last.t.value, last.th.value, d, turn)
+        if back is not None:
+            ways = np.cumsum([0, 0.1 * np.cos(0.01 * (k - 2)), 0.1 * np.cos(0.01 * (k - 1))])
+            way = np.array([np.cos(ways).sum(), np.sin(ways).sum()]) + 0.02 * rng.normal(size=2)
+            far = ways[-1] + bend + 0.005 * rng.normal()
+        began = clock()
+        pose = model.poses.append(t=t, th=th)
+        model.edges.append(a=last, b=pose, t=d, th=turn, u=u)
+        if back is not None:
+            model.edges.append(a=back, b=pose, t=way, th=far, u=u)
+        full += model.update().full
+        value_of(pose.t)
+        if len(model.poses) > window:
+            model.marginalise(model.poses[0])
+        times[k] = 1e3 * (clock() - began)
+        refs.append(pose)
+        memory[k] = resident()
+    tenth = poses // 10
+    rows = []
+    for name, part in (("second", slice(tenth, 2 * tenth)), ("last", slice(-tenth, None))):
+        mean, high = times[part].mean(), np.percentile(times[part], 99)
+        rows.append(
+            f"| {name} | {mean:.3g} / {high:.3g} / {times[part].max():.3g} |"
+            f" {memory[part].mean():.1f} | {full} |"
+        )
+    return rows
+
+
+def resident() -> float:
+    """Megabytes of memory of this process."""
+    fields = Path("/proc/self/statm").read_text(encoding="ascii").split()
+    return int(fields[1]) * resource.getpagesize() / 1e6
+
+
 def run(plan: Any, picture: Path | None = None) -> list[str]:
     """The suite."""
     lines = [
@@ -335,17 +388,25 @@ def run(plan: Any, picture: Path | None = None) -> list[str]:
         poses = 300 if plan.quick else None
         for one in measure(path, poses, not plan.quick, "gtsam" in plan.peers):
             lines.append(line(path, one))
-    return lines
+    poses = 2000 if plan.quick else 100_000
+    lines += [
+        "", f"A window of 30 poses over {poses} poses: append, update, read, marginalise.", "",
+        "| tenth of the way | ms | MB | full solves |", "|---|---|---|---|",
+    ]  # fmt: skip
+    return lines + fixed_lag(poses)
 
 
 def main() -> None:
     """Figures of one file."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.online")
-    parser.add_argument("file", type=Path)
+    parser.add_argument("file", type=Path, help="or `lag`")
     parser.add_argument("--poses", type=int)
     parser.add_argument("--check", action="store_true", help="compare with the batch optimum")
     parser.add_argument("--alone", action="store_true", help="without iSAM2")
     chosen = parser.parse_args()
+    if str(chosen.file) == "lag":
+        sys.stdout.write("\n".join(fixed_lag(chosen.poses or 100_000)) + "\n")
+        return
     for one in measure(chosen.file, chosen.poses, chosen.check, not chosen.alone):
         sys.stdout.write(line(chosen.file, one) + "\n")
 

@@ -6,12 +6,13 @@ data by content. Where rows were only appended, the cost is that of a comparison
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.online.priors import PriorBlock, params_of
 from arael.runtime.assembly.structure import active_rows, rows_of_slots
 from arael.runtime.evaluation.instances import gather_instances
 from arael.runtime.evaluation.states import stored_scalars
@@ -97,6 +98,10 @@ class Tracker:
     ----------
     engine : factor and linearisation points
     variables : per entity, (rows,) numbers of its rows in the engine
+    stored : per entity, (rows, stored) values of its rows
+    held : per entity, (rows, tangent) scalars that do not move
+    terms : per group, its instances
+    frozen : paths that the last `take` was given
     changed : whether `take` found anything
     """
 
@@ -113,32 +118,42 @@ class Tracker:
         }
         self._version: Any = None
         self.variables: list[Int32] = [np.zeros(0, dtype=np.int32) for _ in layout.entities]
-        self._stored = [np.zeros((0, one.stored)) for one in layout.entities]
-        self._held = [np.zeros((0, one.tangent), dtype=bool) for one in layout.entities]
+        self.stored = [np.zeros((0, one.stored)) for one in layout.entities]
+        self.held = [np.zeros((0, one.tangent), dtype=bool) for one in layout.entities]
         self._flags: list[Any] = [None for _ in layout.entities]
-        self._terms = [Terms(len(group.uses)) for group in layout.groups]
+        self.terms = [Terms(len(group.uses)) for group in layout.groups]
         self._plain = [
             isinstance(store.tables[group.table], Table) and _is_plain(layout, group)
             for group in layout.groups
         ]
+        self._params = params_of(layout)
+        self._priors: dict[Any, int] = {}  # residual by own code -> number in the engine
+        self.frozen: frozenset[str] = frozenset()
         self._passed = [_passed(layout, group) for group in layout.groups]
         self._seen: dict[str, tuple[int, list[Any]]] = {}
         self.changed = False
 
     # --- looking for changes -----------------------------------------------------------------
 
-    def take(self, frozen: frozenset[str]) -> None:
-        """Take in all that has changed in the store since the last call."""
+    def take(self, frozen: frozenset[str], priors: Mapping[str, Any]) -> None:
+        """Take in all that has changed in the store, and in the priors, since the last call."""
+        self.frozen = frozen
+        current = set(priors.values())
         moved = self._look_at_rows()
         touched = self._look_at_data()
         # Instances that go come first, then the rows that they read.
         removed = self._map_rows(moved)
         added = self._map_terms(moved, touched)
+        for code in self._priors.keys() - current:
+            self.engine.remove_prior(self._priors.pop(code))
         for variables in removed:
             self.engine.remove_rows(variables)
         self._take_rows(frozen)
         for number, rows, ways in added:
             self._add_terms(number, rows, ways)
+        for code in priors.values():
+            if code not in self._priors:
+                self._add_prior(code)
         self.changed = bool(moved or touched or added)
 
     def _look_at_rows(self) -> set[str]:
@@ -201,8 +216,8 @@ class Tracker:
                 self._flags[e] = None  # the same flags may be those of other rows
                 removed.append(known[~keep])
             found[to] = known[keep]
-            stored[to], held[to] = self._stored[e][keep], self._held[e][keep]
-            self.variables[e], self._stored[e], self._held[e] = found, stored, held
+            stored[to], held[to] = self.stored[e][keep], self.held[e][keep]
+            self.variables[e], self.stored[e], self.held[e] = found, stored, held
         return removed
 
     def _take_rows(self, frozen: frozenset[str]) -> None:
@@ -216,24 +231,33 @@ class Tracker:
             new = np.flatnonzero(numbers < 0)
             if len(new):
                 numbers[new] = self.engine.add_rows(e, stored[new])
-                self._stored[e][new] = stored[new]
-            if not np.array_equal(stored, self._stored[e]):
-                other = np.flatnonzero((stored != self._stored[e]).any(axis=1))
+                self.stored[e][new] = stored[new]
+            if not np.array_equal(stored, self.stored[e]):
+                other = np.flatnonzero((stored != self.stored[e]).any(axis=1))
                 self.engine.put_rows(e, numbers[other], stored[other])
-                self._stored[e] = stored
+                self.stored[e] = stored
             flags = (table.flags_version, frozen)
             if flags != self._flags[e]:
                 self._flags[e] = flags
                 held = ~free_scalars(self.store, entity, frozen)
-                differs = np.flatnonzero((held != self._held[e]).any(axis=1))
+                differs = np.flatnonzero((held != self.held[e]).any(axis=1))
                 if len(differs):
                     self.engine.hold(numbers[differs], held[differs].view(np.uint8))
-                self._held[e] = held
+                self.held[e] = held
+
+    def _add_prior(self, code: Any) -> None:
+        block = PriorBlock(self.layout, self._params, code)
+        rows = [
+            (e, 0 if handle < 0 else self.store.tables[path].row_of(handle))
+            for e, path, handle in block.rows
+        ]
+        variables = np.array([self.variables[e][row] for e, row in rows], dtype=np.int32)
+        self._priors[code] = self.engine.add_prior(variables, code.count, block)
 
     def forget(self) -> None:
         """Let the next `take` compare estimates with the values of the store, not with the last."""
         for e in range(len(self.layout.entities)):
-            self._stored[e] = self.engine.estimates(e, self.variables[e])
+            self.stored[e] = self.engine.estimates(e, self.variables[e])
 
     def put_back(self) -> dict[str, Ints]:
         """Write the estimates that have moved into the store; returns the rows, by table."""
@@ -254,7 +278,7 @@ class Tracker:
                 column = table.column(use.column)
                 column[rows] = part.reshape(len(rows), *column.shape[1:])
             table.written()
-            self._stored[e][rows] = values
+            self.stored[e][rows] = values
             before = found.get(entity.table)
             found[entity.table] = rows if before is None else np.union1d(before, rows)
         return found
@@ -266,9 +290,10 @@ class Tracker:
         place[numbers] = np.arange(len(numbers))
         return place[variables]
 
-    def is_current(self) -> bool:
-        """Whether no row was added or removed, and no ref set, since the last `take`."""
-        return bool(self._version == self.store.structure_version)
+    def is_current(self, priors: Mapping[str, Any]) -> bool:
+        """Whether rows, refs and priors are those of the last `take`."""
+        same = self._priors.keys() == set(priors.values())
+        return same and bool(self._version == self.store.structure_version)
 
     def marginal(self, path: str, row: int) -> NDArray[np.float64] | None:
         """Covariance of a row; None with several entities, held or undetermined scalars."""
@@ -276,7 +301,7 @@ class Tracker:
         if len(entities) != 1 or self.engine.tree.undetermined:
             return None
         e = entities[0]
-        if self._held[e][row].any():
+        if self.held[e][row].any():
             return None
         found: NDArray[np.float64] = self.engine.tree.marginal(int(self.variables[e][row]))
         return found
@@ -309,7 +334,7 @@ class Tracker:
                 )
             )
             if simple:
-                first, last = len(self._terms[number].rows), len(own.handles)
+                first, last = len(self.terms[number].rows), len(own.handles)
                 if last > first:
                     rows = np.arange(first, last, dtype=np.int64)
                     added.append((number, rows, None))
@@ -321,7 +346,9 @@ class Tracker:
 
     def _compare(self, number: int, group: Group) -> tuple[int, Ints, list[Ints] | None] | None:
         """All instances of a group anew, against those there are."""
-        known, own = self._terms[number], self._tables[group.table]
+        known, own = self.terms[number], self._tables[group.table]
+        if not len(known.rows) and not self.store.tables[group.table].size:
+            return None
         active = active_rows(self.store, group, self._natives)
         ways = rows_of_slots(self.store, group, active)
         variables = self._variables(group, ways, len(active))
@@ -352,7 +379,7 @@ class Tracker:
 
     def _refresh(self, number: int, group: Group, rows: Ints, ways: list[Ints]) -> None:
         """Give instances their data, if it is other than before."""
-        known = self._terms[number]
+        known = self.terms[number]
         gathered = self._gather(group, rows, ways)
         data = np.ascontiguousarray(gathered.data)
         other = (self.engine.data_of(number, known.numbers) != data).any(axis=1)
@@ -371,11 +398,11 @@ class Tracker:
         return gather_instances(self.store, group, rows, ways, F64, self._natives)
 
     def _put_uniform(self, number: int, uniform: NDArray[np.float64]) -> None:
-        self._terms[number].uniform = uniform
+        self.terms[number].uniform = uniform
         self.engine.put_uniform(number, np.ascontiguousarray(uniform))
 
     def _add_terms(self, number: int, rows: Ints, ways: list[Ints] | None) -> None:
-        group, known = self.layout.groups[number], self._terms[number]
+        group, known = self.layout.groups[number], self.terms[number]
         if ways is None:
             ways = self._ways(group, rows)
         variables = self._variables(group, ways, len(rows))

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
+
+import numpy as np
 
 from arael import solving
 from arael.diagnostics.arguments import wrong_argument
+from arael.online.priors import only_priors
 from arael.online.result import UpdateResult
 from arael.online.tracker import Tracker
 from arael.runtime.evaluation.unbound import require_bound
+from arael.runtime.layout import Layout
 from arael.runtime.machine.compiled import NativeTable
 from arael.session import Session, session_of
 
@@ -53,15 +57,16 @@ def update(
     _check(tolerance, max_seconds)
     store = model._store
     store.check_complete()
-    frozen = solving.frozen_by(solving.layout_of(model), (), freeze)
+    frozen = solving.frozen_by(_posed(model)[0], (), freeze)
     session = session_of(model)
     with store.use.solving():
-        reason = unsupported(model)
+        reason, priors = unsupported(model), only_priors(model) or {}
         if reason:
             session.online = None
         else:
+            _check_rows(model, priors)
             with session.held() as held:
-                found = _online(model, held, tolerance, max_seconds, frozen, began)
+                found = _online(model, held, tolerance, max_seconds, frozen, priors, began)
             if found is not None:
                 return found
             reason = "a step raised the cost"
@@ -69,7 +74,7 @@ def update(
         solved = solving.solve(model, passes=[], freeze=freeze, **settings)
         if session.online is not None:
             with session.held() as held:
-                _factor_at_values(held, frozen)
+                _factor_at_values(held, frozen, priors)
     return UpdateResult(
         cost=solved.end_cost,
         steps=solved.iterations,
@@ -80,9 +85,28 @@ def update(
     )
 
 
+def _posed(model: Any) -> tuple[Layout, Any, Any]:
+    """Layout, data and programs of a model, without its priors if these are all that was added."""
+    if only_priors(model) is None:
+        return solving.posed(model)
+    return model._compiled.layout, model._store, None
+
+
+def _check_rows(model: Any, priors: Mapping[str, Any]) -> None:
+    """Raise what a solve raises if a prior reads a row that was removed."""
+    tables = model._store.tables
+    handles: dict[str, set[int]] = {}
+    for code in priors.values():
+        for path, _, handle in code.keys:
+            handles.setdefault(path, set()).add(handle)
+    for path, some in handles.items():
+        if path and (tables[path].rows_of(np.array([*some])) < 0).any():
+            solving.posed(model)
+
+
 def unsupported(model: Any) -> str:
     """Why a model is solved in full by every update; "" if it is not."""
-    layout, store, _ = solving.posed(model)
+    layout, store, _ = _posed(model)
     if layout.precision != "f64":
         return "the model is in f32"
     if getattr(store, "hooks", None) or getattr(store, "updates", None):
@@ -111,7 +135,7 @@ def _check(tolerance: float, max_seconds: float | None) -> None:
 
 def _tracker(model: Any, session: Session) -> Tracker:
     """The tracker of the session, a new one if the model's residuals or kernels are others."""
-    layout, store, programs = solving.posed(model)
+    layout, store, programs = _posed(model)
     kernels = model._compiled.kernels
     found = session.online
     if (
@@ -134,6 +158,7 @@ def _online(
     tolerance: float,
     max_seconds: float | None,
     frozen: frozenset[str],
+    priors: Mapping[str, Any],
     began: float,
 ) -> UpdateResult | None:
     """An update by Gauss-Newton steps; None, with nothing written, if these raise the cost."""
@@ -142,7 +167,7 @@ def _online(
     try:
         with model._store.use.lock:
             tracker = _tracker(model, session)
-            tracker.take(frozen)
+            tracker.take(frozen, priors)
         engine = tracker.engine
         if tolerance == 0:
             engine.relinearise_all()
@@ -182,12 +207,12 @@ def _online(
     )
 
 
-def _factor_at_values(session: Session, frozen: frozenset[str]) -> None:
+def _factor_at_values(session: Session, frozen: frozenset[str], priors: Mapping[str, Any]) -> None:
     """Linearise and factor at the values of the store, after a solve."""
     tracker: Tracker = session.online
     try:
         tracker.forget()
-        tracker.take(frozen)
+        tracker.take(frozen, priors)
         tracker.engine.prepare()
         tracker.engine.factorise()
     except BaseException:

@@ -117,6 +117,14 @@ class CodeResidual:
         self._owner: CodeOwner | None = None
 
     @property
+    def keys(self) -> list[tuple[str, str, int]]:
+        """Table, column and handle of the first row of each parameter; -1 for one of the root."""
+        return [
+            (a.table, a.column, -1 if a.refs is None else int(a.refs._handles[0]))
+            for a in self.arguments
+        ]
+
+    @property
     def data(self) -> Mapping[str, Array]:
         """Data columns by name; `set_data` changes them."""
         return dict(self._data)

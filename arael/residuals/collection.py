@@ -113,10 +113,17 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         return residual
 
     @_alone
-    def add_code(self, code: CodeResidual) -> CodeResidual:
-        """Add residuals by own code; see `Model.add_residuals`."""
+    def add_code(self, code: CodeResidual, checked: bool = False) -> CodeResidual:
+        """Add residuals by own code; see `Model.add_residuals`.
+
+        Parameters
+        ----------
+        checked : the parameters are known to be solved for, and there is no loss
+        """
         self._check_free(code.label, "label")
-        self._codes[code.label] = group_of(code, self, self.schema.states, self._functions.declared)
+        if not checked:
+            self._code_groups[code.label] = self._group_of(code)
+        self._codes[code.label] = code
         code._owner = self
         self._posed = None
         return code
@@ -133,7 +140,7 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     @property
     def code(self) -> Mapping[str, CodeResidual]:
         """Residuals by own code, by name."""
-        return {label: code_group.code for label, code_group in self._codes.items()}
+        return dict(self._codes)
 
     @property
     def priors(self) -> Mapping[str, CodeResidual]:
@@ -201,10 +208,11 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
 
     def _remove_code(self, label: str, which: object) -> bool:
         """Remove what has a function; False if there is nothing of that name."""
-        holder = self._codes[label].code if label in self._codes else self.updates.get(label)
+        holder = self._codes.get(label) or self.updates.get(label)
         if holder is None or not (isinstance(which, str) or which is holder):
             return False
         self._codes.pop(label, None)
+        self._code_groups.pop(label, None)
         self._updates.pop(label, None)
         if isinstance(holder, CodeResidual):
             holder._owner = None
@@ -215,8 +223,9 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
     def clear(self) -> None:
         """Remove everything."""
         for code in self._codes.values():
-            code.code._owner = None
+            code._owner = None
         self._codes.clear()
+        self._code_groups.clear()
         self._updates.clear()
         for derived in (*self._derived.values(),):
             derived.residual._owner = None
@@ -488,11 +497,18 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         if self._posed is None:
             self._posed = self._pose(
                 list(self._derived.values()),
-                list(self._codes.values()),
+                [self._group_of(code) for code in self._codes.values()],
                 list(self._updates.values()),
             )
         self._posed.check()
         return self._posed
+
+    def _group_of(self, code: CodeResidual) -> CodeGroup:
+        found = self._code_groups.get(code.label)
+        if found is None or found.code is not code:
+            found = group_of(code, self, self.schema.states, self._functions.declared)
+            self._code_groups[code.label] = found
+        return found
 
     def _pose(
         self,

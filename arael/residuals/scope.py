@@ -9,7 +9,7 @@ import numpy as np
 
 from arael.diagnostics.suggest import closest
 from arael.face.ref import Refs
-from arael.residuals.code import CodeUpdate
+from arael.residuals.code import CodeResidual, CodeUpdate
 from arael.residuals.code_arguments import PlacedArgument
 from arael.residuals.code_group import CodeGroup
 from arael.residuals.derivation import Derived
@@ -31,7 +31,8 @@ class ResidualNames:
         self._named: dict[str, RuntimeResidual] = {}  # owner of each parameter
         self._functions = Further.of(self.schema)
         self._adding: RuntimeResidual | None = None
-        self._codes: dict[str, CodeGroup] = {}
+        self._codes: dict[str, CodeResidual] = {}
+        self._code_groups: dict[str, CodeGroup] = {}  # as far as they were asked for
         self._updates: dict[str, tuple[CodeUpdate, tuple[PlacedArgument, ...]]] = {}
 
     def parameter_owner(self, name: str) -> Expression | None:

@@ -43,29 +43,35 @@ def eliminate(jacobian: Floats, residual: Floats, leading: int, tolerance: float
     residual : (m,)
     tolerance : relative to columns of length 1, below which a direction counts as undetermined
     """
-    # imported here: start-up time
-    from scipy.linalg import qr
-
     leaving = jacobian[:, :leading] / _lengths(jacobian[:, :leading])
     whole = np.column_stack([leaving, jacobian[:, leading:], residual])
-    (triangle,) = qr(whole, mode="r", check_finite=False)
-    top, below = triangle[:leading], triangle[leading : whole.shape[1], leading:]
+    triangle = np.asarray(np.linalg.qr(whole, mode="r"))
+    top, below = triangle[:leading], triangle[leading:, leading:]
     rank = 0
     if leading and len(top):
-        turn, own, _ = qr(top[:, :leading], pivoting=True, check_finite=False)
+        own, _, turned = _pivoted(top[:, :leading], top[:, leading:])
         rank = _rank(own, tolerance)
-        below = np.vstack([(turn.T @ top[:, leading:])[rank:], below])
+        below = np.vstack([turned[rank:], below])
     lengths = _lengths(below[:, :-1])
     if not len(below) or below.shape[1] == 1:
         constant = float(np.square(below[:, -1]).sum())
         return Eliminated(np.zeros((0, below.shape[1] - 1)), np.zeros(0), constant, leading - rank)
-    turn, upper, order = qr(below[:, :-1] / lengths, pivoting=True, check_finite=False)
+    upper, order, turned = _pivoted(below[:, :-1] / lengths, below[:, -1:])
     kept = _rank(upper, tolerance)
     found = np.zeros((kept, below.shape[1] - 1))
     found[:, order] = upper[:kept]
-    turned = turn.T @ below[:, -1]
     constant = float(np.square(turned[kept:]).sum())
-    return Eliminated(found * lengths, turned[:kept], constant, leading - rank)
+    return Eliminated(found * lengths, turned[:kept, 0], constant, leading - rank)
+
+
+def _pivoted(a: Floats, right: Floats) -> tuple[Floats, NDArray[np.intp], Floats]:
+    """R and the order of columns of a QR decomposition with pivoting, and ``Q' right``."""
+    # imported here: start-up time
+    from scipy.linalg.lapack import dgeqp3, dormqr
+
+    factor, order, tau, _, _ = dgeqp3(a)
+    turned, _, _ = dormqr("L", "T", factor[:, : len(tau)], tau, right, 64 * right.shape[1] + 64)
+    return np.triu(factor), order - 1, turned
 
 
 def _lengths(columns: Floats) -> Floats:

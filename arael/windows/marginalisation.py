@@ -12,21 +12,17 @@ from numpy.typing import NDArray
 from arael import solving
 from arael.diagnostics.records import AraelError
 from arael.face.parameter import Parameter
+from arael.geometry.differences import difference
 from arael.residuals.code import LARGEST, CodeResidual
 from arael.residuals.messages import error, label_problem
 from arael.runtime.failures import refuse_required
 from arael.runtime.problem import Problem
 from arael.windows.elimination import eliminate
 from arael.windows.leaving import Masks, leaving_rows, remove
-from arael.windows.linearisation import (
-    Floats,
-    Place,
-    columns_of,
-    linearise,
-    use_of,
-    value_at,
-)
+from arael.windows.linearisation import WholeSystem
 from arael.windows.prior import Part, Prior
+from arael.windows.system import Floats, Place, System, touching, use_of
+from arael.windows.tracked import tracked_system
 
 Key = tuple[str, str, int]
 """Table, column and handle of a parameter; handle -1 for one of the root."""
@@ -42,10 +38,7 @@ def marginalise(
     store.check_complete()
     with store.use.lock, store.use.changing("marginalise rows of the model"):
         gone = leaving_rows(store, rows)
-        problem = solving.problem_of(model)
-        refuse_required(problem.layout, "a window", "write it as a constraint with a small sigma")
-        _refuse_others(model, problem, gone)
-        window = _Window(model, problem, gone, first_estimates)
+        window = _Window(model, _system(model, gone), gone, first_estimates)
         window.absorb()
         prior, keys = window.eliminated()
         for label in window.absorbed:
@@ -54,6 +47,19 @@ def marginalise(
         if prior is None:
             return None
         return add_prior(model, prior, keys, name)
+
+
+def _system(model: Any, gone: Masks) -> System:
+    """What leaves, from the factor of the last `Model.update` if there is one."""
+    found = tracked_system(model, gone)
+    if found is not None:
+        return found
+    problem = solving.problem_of(model)
+    refuse_required(problem.layout, "a window", "write it as a constraint with a small sigma")
+    _refuse_others(model, problem, gone)
+    known = priors(model)
+    numbers = [k for k, group in enumerate(problem.layout.groups) if group.label in known]
+    return WholeSystem(problem, gone, numbers)
 
 
 def priors(model: Any) -> dict[str, CodeResidual]:
@@ -69,7 +75,7 @@ def add_prior(model: Any, prior: Prior, keys: list[Key], name: str) -> CodeResid
     parameters = [_parameter(model, key) for key in keys]
     data = {"row": np.arange(len(prior.residual))}
     code = CodeResidual(model, prior, parameters, 1, data, None, "tangent", None, label)
-    found: CodeResidual = residuals.add_code(code)
+    found: CodeResidual = residuals.add_code(code, checked=True)
     return found
 
 
@@ -101,14 +107,6 @@ def _same(row: int) -> int:
     return row
 
 
-def keys_of(code: CodeResidual) -> list[Key]:
-    """The parameters of a prior."""
-    return [
-        (a.table, a.column, -1 if a.refs is None else int(a.refs._handles[0]))
-        for a in code.arguments
-    ]
-
-
 class _Window:
     """One marginalisation.
 
@@ -117,140 +115,135 @@ class _Window:
     absorbed : names of earlier priors that become part of the new one
     """
 
-    def __init__(self, model: Any, problem: Problem, gone: Masks, first_estimates: bool) -> None:
-        self.problem, self.gone = problem, gone
-        self.layout = problem.layout
+    def __init__(self, model: Any, system: System, gone: Masks, first_estimates: bool) -> None:
+        self.system, self.gone = system, gone
+        self.layout = system.layout
         self.store = model._store
         self.known = priors(model)
         self.absorbed: list[str] = []
-        numbers = {group.label: k for k, group in enumerate(self.layout.groups)}
-        self.number = {label: numbers[label] for label in self.known}
-        self.places = {
+        numbers = {
             (entity.table, use.column): (number, k)
             for number, entity in enumerate(self.layout.entities)
             for k, use in enumerate(entity.params)
         }
-        self.instances = [
-            _touching(problem, number, gone) for number in range(len(self.layout.groups))
-        ]
-        self.bases = self._first_estimates() if first_estimates else {}
-
-    def _first_estimates(self) -> dict[Place, Floats]:
-        found: dict[Place, Floats] = {}
-        for code in self.known.values():
-            for key, part in zip(keys_of(code), code.function.parts, strict=True):
-                found.setdefault(self._place(key), part.base)
-        return found
-
-    def _place(self, key: Key) -> Place:
-        number, use = self.places[key[0], key[1]]
-        row = 0
-        if key[2] >= 0:
-            row = int(self.store.tables[key[0]].rows_of(np.array([key[2]]))[0])
-        return number, row, use
+        self.places: dict[str, list[Place]] = {}
+        for label, code in self.known.items():
+            self.places[label] = [
+                (number, 0 if handle < 0 else int(self.store.tables[path].row_of(handle)), k)
+                for path, column, handle in code.keys
+                for number, k in [numbers[path, column]]
+            ]
+        self.bases: dict[Place, Floats] = {}
+        for label, code in self.known.items() if first_estimates else ():
+            for place, part in zip(self.places[label], code.function.parts, strict=True):
+                self.bases.setdefault(place, part.base)
 
     def absorb(self) -> None:
         """Choose earlier priors: those of rows that leave, and those that cause no fill."""
+        self.neighbours = self.system.neighbours()
         waiting = {}
-        for label, code in self.known.items():
-            if self.instances[self.number[label]].any():
+        for label, places in self.places.items():
+            if any(self._leaves(place) for place in places):
                 self._take(label)
             else:
-                waiting[label] = {self._place(key) for key in keys_of(code)}
-        neighbours = self._neighbours()
-        merged = bool(neighbours)
+                waiting[label] = set(places)
+        merged = bool(self.neighbours)
         while merged:
             merged = False
             for label, own in list(waiting.items()):
-                if own <= neighbours or neighbours <= own:
+                if own <= self.neighbours or self.neighbours <= own:
                     self._take(label)
                     del waiting[label]
-                    neighbours |= own
                     merged = True
+
+    def _leaves(self, place: Place) -> bool:
+        mask = self.gone.get(self.layout.entities[place[0]].table)
+        return mask is not None and bool(mask[place[1]])
 
     def _take(self, label: str) -> None:
         self.absorbed.append(label)
-        self.instances[self.number[label]][:] = True
-
-    def _neighbours(self) -> set[Place]:
-        """Free parameters of rows that stay, which leaving instances read."""
-        found = set()
-        for number, mask in enumerate(self.instances):
-            if not mask.any():
-                continue
-            group = self.layout.groups[number]
-            placement = self.problem.structure.placements[number]
-            tangents: dict[int, set[int]] = {}
-            for _, use, tangent in group.jacobian:
-                tangents.setdefault(use, set()).add(tangent)
-            for use, read in tangents.items():
-                entity = group.uses[use].entity
-                params = self.layout.entities[entity].params
-                chosen = [
-                    k
-                    for k, p in enumerate(params)
-                    if any(p.tangent_start <= t < p.tangent_start + p.tangent for t in read)
-                ]
-                rows = np.unique(placement.rows[mask, use])
-                leaves = self.gone.get(self.layout.entities[entity].table)
-                free = self.problem.structure.system.blocks[entity].free
-                for row in rows.tolist():
-                    if leaves is not None and leaves[row]:
-                        continue
-                    for k in chosen:
-                        at = params[k].tangent_start
-                        if free[row, at : at + params[k].tangent].any():
-                            found.add((entity, row, k))
-        return found
+        for place in self.places[label]:
+            if not self._leaves(place) and self.system.free_of(place).any():
+                self.neighbours.add(place)
 
     def eliminated(self) -> tuple[Prior | None, list[Key]]:
         """The prior on the neighbours, and their keys."""
-        problem = self.problem
-        places = sorted(self._neighbours())
+        places = sorted(self.neighbours)
         self._refuse(places)
-        bases = {place: base for place, base in self.bases.items() if self._moves(place)}
-        values = {place: value_at(problem, place) for place in places}
-        linear = linearise(problem, self.instances, bases)
-        at = [columns_of(problem, place) for place in places]
+        bases = {
+            place: base for place, base in self.bases.items() if self.system.free_of(place).any()
+        }
+        parts = [self.system.linearise(bases)]
+        parts += [self._linear_prior(label, bases) for label in self.absorbed]
+        at = [self.system.columns_of(place) for place in places]
         staying = np.concatenate(at or [np.zeros(0, np.int64)])
-        leaving = np.setdiff1d(linear.columns, staying)
+        used = np.concatenate([columns for _, _, columns in parts])
+        leaving = np.array(sorted({*used.tolist()} - {*staying.tolist()}), dtype=np.int64)
         order = np.concatenate([leaving, staying])
-        # A neighbour that is held in part has columns of zeros.
-        jacobian = np.zeros((len(linear.residual), len(order)))
-        index = np.searchsorted(linear.columns, order)
-        index[index == len(linear.columns)] = 0
-        if len(linear.columns):
-            there = linear.columns[index] == order
-            jacobian[:, there] = linear.jacobian[:, index[there]]
+        by_column = np.argsort(order)
+        jacobian = np.zeros((sum(len(r) for _, r, _ in parts), len(order)))
+        first = 0
+        for rows, _, columns in parts:
+            where = by_column[np.searchsorted(order, columns, sorter=by_column)]
+            jacobian[first : first + len(rows), where] = rows
+            first += len(rows)
+        residual = np.concatenate([r for _, r, _ in parts])
         tolerance = _epsilon(self.layout.precision) ** 0.75
-        found = eliminate(jacobian, linear.residual, len(leaving), tolerance)
+        found = eliminate(jacobian, residual, len(leaving), tolerance)
         if not len(found.residual):
             return None, []
-        parts = []
+        kept = []
         for place in places:
-            use = use_of(problem, place)
-            parts.append(Part(use.kind, bases.get(place, values[place]), use.tangent))
+            use = use_of(self.layout, place)
+            base = bases.get(place)
+            kept.append(
+                Part(use.kind, self.system.value_at(place) if base is None else base, use.tangent)
+            )
         constant = found.constant + sum(
             self.known[label].function.constant for label in self.absorbed
         )
-        prior = Prior(parts, found.jacobian, found.residual, constant, found.undetermined)
+        prior = Prior(kept, found.jacobian, found.residual, constant, found.undetermined)
         return prior, [self._key(place) for place in places]
 
-    def _moves(self, place: Place) -> bool:
-        use = use_of(self.problem, place)
-        free = self.problem.structure.system.blocks[place[0]].free[place[1]]
-        return bool(free[use.tangent_start : use.tangent_start + use.tangent].any())
+    def _linear_prior(
+        self, label: str, bases: Mapping[Place, Floats]
+    ) -> tuple[Floats, Floats, NDArray[np.int64]]:
+        """Jacobian, residuals and columns of an earlier prior, as `System.linearise`."""
+        prior, places = self.known[label].function, self.places[label]
+        columns = [self.system.columns_of(place) for place in places]
+        if all(
+            bases.get(place) is part.base and self.system.free_of(place).all()
+            for place, part in zip(places, prior.parts, strict=True)
+        ):
+            return prior.jacobian, prior.residual, np.concatenate(columns)
+        values = [self.system.value_at(place) for place in places]
+        at = [bases.get(place, value) for place, value in zip(places, values, strict=True)]
+        residual, _ = prior(*(value[None] for value in values), row=None)
+        _, blocks = prior(*(value[None] for value in at), row=None)
+        jacobian, used = [], []
+        for k, place in enumerate(places):
+            free = self.system.free_of(place)
+            if not free.any():
+                continue
+            jacobian.append(np.where(free, blocks[k][:, 0], 0.0))
+            used.append(columns[k])
+            if place in bases:
+                moved = difference(prior.parts[k].kind, at[k][None], values[k][None])[0]
+                residual -= jacobian[-1] @ moved
+        if not used:
+            return np.zeros((len(residual), 0)), residual, np.zeros(0, dtype=np.int64)
+        return np.hstack(jacobian), residual, np.concatenate(used)
 
     def _key(self, place: Place) -> Key:
         path = self.layout.entities[place[0]].table
         handle = int(self.store.tables[path].handles(np.array([place[1]]))[0]) if path else -1
-        return path, use_of(self.problem, place).column, handle
+        return path, use_of(self.layout, place).column, handle
 
     def _refuse(self, places: list[Place]) -> None:
         """Refuse neighbours that no prior can be on."""
         width = 0
         for place in places:
-            entity, use = self.layout.entities[place[0]], use_of(self.problem, place)
+            entity, use = self.layout.entities[place[0]], use_of(self.layout, place)
             width += use.tangent
             if entity.updated:
                 name = self.store.tables[entity.table].name_of(place[1], use.column)
@@ -271,17 +264,12 @@ class _Window:
             )
 
 
-def _touching(problem: Problem, number: int, gone: Mapping[str, NDArray[np.bool_]]) -> Any:
-    """(n,) active instances of a group that read a row that leaves."""
-    group, structure = problem.layout.groups[number], problem.structure
-    rows = structure.active[number]
-    found = np.zeros(len(rows), dtype=bool)
-    if group.table in gone:
-        found |= gone[group.table][rows]
-    for slot, rows in zip(group.slots, structure.slot_rows[number], strict=True):
-        if slot.steps and slot.table in gone and gone[slot.table].any():
-            found |= (rows >= 0) & gone[slot.table][rows]
-    return found
+def _touching(problem: Problem, number: int, gone: Masks) -> NDArray[np.bool_]:
+    """Active instances of a group that read a row that leaves."""
+    structure = problem.structure
+    return touching(
+        problem.layout.groups[number], structure.active[number], structure.slot_rows[number], gone
+    )
 
 
 def _refuse_others(model: Any, problem: Problem, gone: Masks) -> None:

@@ -15,7 +15,7 @@ from arael.io.json_reader import PRIORS
 from arael.residuals.messages import error, label_problem
 from arael.runtime.layout import ParamUse
 from arael.runtime.store import Store, Table
-from arael.windows.marginalisation import Key, add_prior, keys_of, priors
+from arael.windows.marginalisation import Key, add_prior, priors
 from arael.windows.prior import Part, Prior
 
 KEY = PRIORS
@@ -31,7 +31,7 @@ def dump(store: Store) -> list[dict[str, Any]]:
     for label, code in {} if model is None else priors(model).items():
         prior = code.function
         parameters = []
-        for (path, column, handle), part in zip(keys_of(code), prior.parts, strict=True):
+        for (path, column, handle), part in zip(code.keys, prior.parts, strict=True):
             place = {"row": _position(store.tables[path], handle)} if path else {}
             parameters.append(
                 {"collection": path, **place, "parameter": column, "at": part.base.tolist()}

@@ -38,7 +38,7 @@ def product(model: Any) -> np.ndarray:
     for e, entity in enumerate(tracker.layout.entities):
         for row, variable in enumerate(tracker.variables[e]):
             for k in range(entity.tangent):
-                if not tracker._held[e][row, k]:
+                if not tracker.held[e][row, k]:
                     columns[int(variable), k] = len(columns)
     widths = {
         int(v): entity.tangent
@@ -108,12 +108,16 @@ def test_a_window_whose_first_row_is_fixed(net: type) -> None:
         edited.append_point()
 
 
-def robot(name: str, seed: int, poses: int) -> tuple[Any, Any]:
-    """A model and a generator that appends a pose with its edges, from random walks with loops."""
+def robot(name: str, seed: int, poses: int, back: int | None = None) -> tuple[Any, Any]:
+    """A model and a generator that appends a pose with its edges, from random walks with loops.
+
+    Loops go at most `back` poses back.
+    """
     rng = np.random.default_rng(seed)
     model = arael.load(name)()
     flat = name == "pose_graph_2d"
     truth: list[np.ndarray] = []
+    refs: list[Any] = []
 
     def place() -> np.ndarray:
         return rng.normal(size=2 if flat else 3) * 3
@@ -126,14 +130,19 @@ def robot(name: str, seed: int, poses: int) -> tuple[Any, Any]:
             if not flat:
                 turn["q"] /= np.linalg.norm(turn["q"])
             pose = model.poses.append(t=at, **turn)
+            refs.append(pose)
             if k == 0:
                 model.anchors.append(pose=pose, t=at, **turn)
-            near = {k - 1} | {int(j) for j in rng.integers(0, k, 2)} if k else set()
+            near = (
+                {k - 1} | {int(j) for j in rng.integers(max(0, k - (back or k)), k, 2)}
+                if k
+                else set()
+            )
             for j in sorted(near):
                 d = truth[k] - truth[j] + 0.02 * rng.normal(size=len(truth[k]))
                 same = {"th": 0.0} if flat else {"q": [1, 0, 0, 0]}
                 u = np.diag(rng.uniform(5, 20, 3 if flat else 6))
-                model.edges.append(a=model.poses[j], b=pose, t=d, u=u, **same)
+                model.edges.append(a=refs[j], b=pose, t=d, u=u, **same)
             for _ in range(rng.integers(0, 3)):
                 sight(k)
             yield k
@@ -146,7 +155,7 @@ def robot(name: str, seed: int, poses: int) -> tuple[Any, Any]:
             mark = model.landmarks[int(rng.integers(count))]
         d = mark.t.value - truth[k]
         u = np.eye(len(d)) * 10
-        model.observations.append(a=model.poses[k], b=mark, t=d, u=u)
+        model.observations.append(a=refs[k], b=mark, t=d, u=u)
 
     return model, steps()
 

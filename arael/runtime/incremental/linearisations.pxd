@@ -32,11 +32,12 @@ cdef struct GroupTerms:
 cdef class Linearisations:
     cdef readonly BlockTree tree
     cdef EntityRows* entities
-    cdef GroupTerms* groups
+    cdef GroupTerms* groups      # one more than there are: its batch are priors
     cdef Py_ssize_t entity_count, group_count
     cdef CompiledGroups compiled
     cdef Raised raised
     cdef object _keep
+    cdef dict priors             # number of a term that Python evaluates -> function
     cdef IntList stale           # variables to be linearised anew
     cdef IntList dirty           # variables that moved since `take_moved`
     cdef IntList unevaluated     # terms without a Jacobian at their linearisation points
@@ -50,11 +51,15 @@ cdef class Linearisations:
     cdef int _mark(self, IntList* list, bint stale, int v) except -1
     cdef bint _has_step(self, int v) noexcept
     cdef int _note_moved(self, int t) except -1
+    cdef double[:, ::1] _prior(self, int t, bint at_estimate)
     cdef int _linearise(self) except -1
     cdef int _move(self) except -1
     cdef int _refresh(
         self, int e, Py_ssize_t n, const double* state, const double* step, double* moved
     ) except -1
     cdef int _check(self, double tolerance) except -1
+    cdef int _compare(
+        self, Term* term, const double* residuals, Py_ssize_t stride, double tolerance
+    ) except -1
     cdef int _evaluate(
         self, int g, bint at_estimate, double** residuals, double** entries) except -1

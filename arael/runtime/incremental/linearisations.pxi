@@ -75,6 +75,7 @@ cdef class Linearisations:
         self.raised = Raised(natives)
         self.tree = BlockTree(max([one.tangent for one in layout.entities], default=1))
         self._keep = [layout, kernels, programs, natives]
+        self.priors = {}
         self.entity_count, self.group_count = len(layout.entities), len(groups)
         self.entities = <EntityRows*>grown(
             NULL, 0, self.entity_count + 1, sizeof(EntityRows))
@@ -113,7 +114,7 @@ cdef class Linearisations:
             free(self.entities[k].linear)
             free(self.entities[k].estimate)
             empty(&self.entities[k].unused)
-        for k in range(self.group_count):
+        for k in range(self.group_count + 1):
             free(self.groups[k].entity)
             free(self.groups[k].place)
             free(self.groups[k].data)
@@ -174,17 +175,21 @@ cdef class Linearisations:
                 one.room = room
             self.tree.variables[v].slot = <int>one.count
             one.count += 1
-        self._put(e, numbers, values)
+        self._put(e, numbers, values, True)
         return numbers
 
     def put_rows(self, int e, int32_t[::1] variables, stored):
         """Other values (n, stored) for some rows of an entity: new linearisation points."""
         cdef Py_ssize_t k
-        self._put(e, variables, np.ascontiguousarray(stored, dtype=np.float64))
+        self._put(e, variables, np.ascontiguousarray(stored, dtype=np.float64), True)
         for k in range(variables.shape[0]):
             self._mark(&self.stale, True, variables[k])
 
-    def _put(self, int e, int32_t[::1] variables, double[:, ::1] stored):
+    def put_estimates(self, int e, int32_t[::1] variables, stored):
+        """Other estimates (n, stored), until those of before are put back."""
+        self._put(e, variables, np.ascontiguousarray(stored, dtype=np.float64), False)
+
+    def _put(self, int e, int32_t[::1] variables, double[:, ::1] stored, bint linear):
         cdef EntityRows* one = &self.entities[e]
         cdef Py_ssize_t n = variables.shape[0], k, slot
         if n == 0:
@@ -201,8 +206,9 @@ cdef class Linearisations:
             # Values that nothing moves stay as they are to the last bit.
             memcpy(moved + k * one.stride, &stored[k, 0], one.stored * sizeof(double))
             slot = self.tree.variables[variables[k]].slot
-            memcpy(one.linear + slot * one.stride, moved + k * one.stride,
-                   one.stride * sizeof(double))
+            if linear:
+                memcpy(one.linear + slot * one.stride, moved + k * one.stride,
+                       one.stride * sizeof(double))
             memcpy(one.estimate + slot * one.stride, moved + k * one.stride,
                    one.stride * sizeof(double))
 
@@ -264,6 +270,28 @@ cdef class Linearisations:
             push(&self.groups[one.group].unused, one.slot)
             self.tree.drop_term(numbers[k])
 
+    def add_prior(self, int32_t[::1] variables, int rows, evaluate):
+        """A residual block that Python evaluates; returns its number.
+
+        Parameters
+        ----------
+        variables : (n,) that it reads, each once
+        rows : residuals
+        evaluate : states of the variables, (stored,) each -> (rows, width + 1) Jacobian and
+            residuals
+        """
+        cdef int t = self.tree.new_term(<int>variables.shape[0], <const int*>&variables[0], rows)
+        self.tree.terms[t].group, self.tree.terms[t].slot = <int>self.group_count, -1
+        self.priors[t] = evaluate
+        push(&self.unevaluated, t)
+        return t
+
+    def remove_prior(self, int number):
+        """Remove such a block."""
+        del self.priors[number]
+        self.cost -= self.tree.terms[number].cost
+        self.tree.drop_term(number)
+
     def put_data(self, int g, int32_t[::1] numbers, double[:, ::1] data):
         """Other data (n, columns) for some instances of a group."""
         cdef GroupTerms* one = &self.groups[g]
@@ -323,17 +351,60 @@ cdef class Linearisations:
         self.evaluated += n
         return 0
 
+    cdef double[:, ::1] _prior(self, int t, bint at_estimate):
+        """(rows, width + 1) Jacobian and residuals of a block that Python evaluates."""
+        cdef Term* term = &self.tree.terms[t]
+        cdef Variable* variable
+        cdef EntityRows* rows
+        cdef double[::1] to
+        cdef int u
+        states = []
+        for u in range(term.count):
+            variable = &self.tree.variables[term.variable[u]]
+            rows = &self.entities[variable.entity]
+            state = np.empty(rows.stored)
+            to = state
+            memcpy(
+                &to[0],
+                (rows.estimate if at_estimate else rows.linear) + variable.slot * rows.stride,
+                rows.stored * sizeof(double))
+            states.append(state)
+        return self.priors[t](states)
+
+    def at_estimates(self, int g, int32_t[::1] numbers):
+        """(n, residuals, width + 1) Jacobian and residuals of some instances at the estimates."""
+        cdef GroupTerms* one = &self.groups[g]
+        cdef Py_ssize_t n = numbers.shape[0], k, i, r
+        cdef int wide = self.tree.terms[numbers[0]].width + 1 if n else 1
+        cdef double* residuals
+        cdef double* entries
+        found = np.zeros((n, one.residuals, wide))
+        cdef double[:, :, ::1] to = found
+        if n == 0:
+            return found
+        one.batch.count = 0
+        for k in range(n):
+            push(&one.batch, numbers[k])
+        self._evaluate(g, True, &residuals, &entries)
+        for k in range(n):
+            for i in range(one.entries):
+                (&to[k, 0, 0])[one.place[i]] += entries[k * one.entries + i]
+            for r in range(one.residuals):
+                to[k, r, wide - 1] = residuals[k * one.residuals + r]
+        return found
+
     cdef int _linearise(self) except -1:
         """Jacobians of all terms that wait for one, at the linearisation points."""
         cdef Py_ssize_t k, i, r, c
-        cdef int g, t, u
+        cdef int g
         cdef Term* term
         cdef GroupTerms* one
         cdef double* residuals
         cdef double* entries
+        cdef double[:, ::1] prior
         cdef double total
         self.tree.stamp += 1
-        for g in range(self.group_count):
+        for g in range(self.group_count + 1):
             self.groups[g].batch.count = 0
         for k in range(self.unevaluated.count):
             term = &self.tree.terms[self.unevaluated.at[k]]
@@ -358,6 +429,16 @@ cdef class Linearisations:
                         k * one.residuals + r]
                 self.cost += total - term.cost
                 term.cost = total
+        one = &self.groups[self.group_count]
+        for k in range(one.batch.count):
+            prior = self._prior(one.batch.at[k], False)
+            term = &self.tree.terms[one.batch.at[k]]
+            memcpy(term.jacobian, &prior[0, 0], term.rows * (term.width + 1) * sizeof(double))
+            total = 0
+            for r in range(term.rows):
+                total += prior[r, term.width] * prior[r, term.width]
+            self.cost += total - term.cost
+            term.cost = total
         return 0
 
     cdef int _refresh(
@@ -437,18 +518,17 @@ cdef class Linearisations:
     cdef int _check(self, double tolerance) except -1:
         """Costs of the terms of variables that moved; variables of curved terms become stale."""
         cdef BlockTree tree = self.tree
-        cdef int g, v, t, u
-        cdef Py_ssize_t k, i, r, c
+        cdef int g
+        cdef Py_ssize_t k, i
         cdef Term* term
         cdef GroupTerms* one
         cdef IntList* there
         cdef double* residuals
         cdef double* entries
-        cdef const double* row
-        cdef double total, square, x, off
+        cdef double[:, ::1] prior
         self.error = 0
         tree.stamp += 1
-        for g in range(self.group_count):
+        for g in range(self.group_count + 1):
             self.groups[g].batch.count = 0
         for k in range(tree.moved.count):
             there = &tree.variables[tree.moved.at[k]].terms
@@ -463,29 +543,44 @@ cdef class Linearisations:
                 continue
             self._evaluate(g, True, &residuals, &entries)
             for k in range(one.batch.count):
-                term = &tree.terms[one.batch.at[k]]
-                total = off = square = 0
-                for r in range(one.residuals):
-                    x = residuals[k * one.residuals + r]
-                    total += x * x
-                    row = term.jacobian + r * (term.width + 1)
-                    x -= row[term.width]
-                    c = 0
-                    for u in range(one.uses):
-                        v = term.variable[u]
-                        for i in range(tree.variables[v].width):
-                            x -= row[c] * tree.shown[v * tree.stride + i]
-                            c += 1
-                    square += x * x
-                    if not fabs(x) <= off:
-                        off = fabs(x)
-                self.cost += total - term.cost
-                term.cost = total
-                if not off <= tolerance:
-                    self.error += square
-                    for u in range(one.uses):
-                        if self._has_step(term.variable[u]):
-                            self._mark(&self.stale, True, term.variable[u])
+                self._compare(
+                    &tree.terms[one.batch.at[k]], residuals + k * one.residuals, 1, tolerance)
+        one = &self.groups[self.group_count]
+        for k in range(one.batch.count):
+            prior = self._prior(one.batch.at[k], True)
+            term = &tree.terms[one.batch.at[k]]
+            self._compare(term, &prior[0, term.width], prior.shape[1], tolerance)
+        return 0
+
+    cdef int _compare(
+        self, Term* term, const double* residuals, Py_ssize_t stride, double tolerance
+    ) except -1:
+        """Cost of a term at the estimate; its variables become stale if it is curved."""
+        cdef BlockTree tree = self.tree
+        cdef double total = 0, square = 0, off = 0, x
+        cdef const double* row
+        cdef int r, c, u, v, i
+        for r in range(term.rows):
+            x = residuals[r * stride]
+            total += x * x
+            row = term.jacobian + r * (term.width + 1)
+            x -= row[term.width]
+            c = 0
+            for u in range(term.count):
+                v = term.variable[u]
+                for i in range(tree.variables[v].width):
+                    x -= row[c] * tree.shown[v * tree.stride + i]
+                    c += 1
+            square += x * x
+            if not fabs(x) <= off:
+                off = fabs(x)
+        self.cost += total - term.cost
+        term.cost = total
+        if not off <= tolerance:
+            self.error += square
+            for u in range(term.count):
+                if self._has_step(term.variable[u]):
+                    self._mark(&self.stale, True, term.variable[u])
         return 0
 
     # --- steps -------------------------------------------------------------------------------
