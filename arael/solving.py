@@ -26,6 +26,7 @@ from arael.notes import (
     structural_notes,
 )
 from arael.result import Plan, Result, joined
+from arael.runtime.evaluation.states import put_values
 from arael.runtime.failures import FunctionError, SolveError
 from arael.runtime.layout import Layout, LayoutPass
 from arael.runtime.linear.compiled import LinearSolver, is_blas_loaded
@@ -44,6 +45,8 @@ from arael.session import Session, session_of
 from arael.statuses import ENDING
 
 Trace = Callable[[str], object]
+StepObserver = Callable[[Any, Any], bool | None]
+"""A function of a model after an accepted step, and of the record of the step."""
 
 _UNLIMITED: AbstractContextManager[None] = nullcontext()
 
@@ -63,6 +66,7 @@ def solve(
     *,
     freeze: str | Iterable[str] = (),
     observer: Observer | None = None,
+    on_step: StepObserver | None = None,
     trace: Trace | None = None,
     solver_options: Mapping[str, Any] | None = None,
     progress: bool | None = None,
@@ -84,6 +88,8 @@ def solve(
     freeze : paths of parameters to freeze, or of what contains them (``"poses.ea"``, ``"poses"``),
         or the same by the name of a struct, wherever it is used (``"Pose.ea"``, ``"Pose"``)
     observer : called with the record of each attempt; returning False ends the solve
+    on_step : called with a model and a record after each accepted step; returning False ends the
+        solve. The model is a copy that has the values after the step
     trace : called with each line of the trace; default stderr if ``verbose``
     solver_options : options of the linear solver by name
     progress : whether to show the progress of a solve of more than a second, in the cell of a
@@ -111,6 +117,8 @@ def solve(
         settings["observer"] = observer
     if trace is not None and not callable(trace):
         raise wrong_argument("solve", "trace", "a function of a line", trace, "`trace=print`")
+    if on_step is not None and not callable(on_step):
+        raise wrong_argument("solve", "on_step", "a function of a model and a record", on_step)
     if progress is not None and not isinstance(progress, bool):
         raise wrong_argument("solve", "progress", "True, False or None", progress)
     if config is not None and not isinstance(config, LmConfig):
@@ -149,6 +157,9 @@ def solve(
                 pass_config = replace(pass_config, observer=watch.with_(pass_config.observer))
             problem = current_problem(model, session, now)
             problem.check_start()
+            if on_step is not None:
+                observed = _after_steps(on_step, model, problem, pass_config.observer)
+                pass_config = replace(pass_config, observer=observed)
             session.counts.solves += 1
             linear, seconds = session.linear(problem, solver, options)
             try:
@@ -175,6 +186,26 @@ def solve(
     found = joined(results, layout.name)
     found.__dict__["model"] = model
     return found
+
+
+def _after_steps(
+    on_step: StepObserver, model: Any, problem: Problem, observer: Observer | None
+) -> Observer:
+    """An observer that calls `on_step` with a copy of the model after each accepted step.
+
+    The model itself keeps its values: constraints may read them by ``x.value``.
+    """
+    stepped = model.copy()
+    store = posed(stepped)[1]
+
+    def observed(record: Any) -> bool:
+        answers = [] if observer is None else [observer(record)]
+        if record["accepted"]:
+            put_values(store, problem.structure.system, problem.x)
+            answers.append(on_step(stepped, record))
+        return all(answer is None or bool(answer) for answer in answers)
+
+    return observed
 
 
 def _minimise(

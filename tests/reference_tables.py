@@ -1,6 +1,6 @@
 """Tables of the Python interface: names with arguments, and the first sentence of each docstring.
 
-`docs/api.md` contains them, so that the page can be read where mkdocstrings has not filled it.
+The pages of `docs/api/` contain them, so that they can be read where mkdocstrings has not filled it.
 """
 
 from __future__ import annotations

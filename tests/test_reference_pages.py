@@ -19,7 +19,7 @@ from tests.reference_tables import with_tables
 
 DOCS = Path(__file__).parents[1] / "docs"
 SOLVING = (DOCS / "solving.md").read_text(encoding="utf-8")
-API = (DOCS / "api.md").read_text(encoding="utf-8")
+API = {page: page.read_text(encoding="utf-8") for page in sorted((DOCS / "api").glob("*.md"))}
 LANGUAGE = (DOCS / "language.md").read_text(encoding="utf-8")
 
 
@@ -59,29 +59,44 @@ def test_every_function_of_the_language_is_listed(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(set(arael.__all__) - {"__version__"}))
 def test_every_public_name_is_in_the_reference(name: str) -> None:
-    assert re.search(rf"^::: arael\.{name}$", API, re.MULTILINE), name
+    assert re.search(rf"^::: arael\.{name}$", "".join(API.values()), re.MULTILINE), name
 
 
 @pytest.mark.parametrize("package", [geometry, sym, scenes, io, metrics], ids=lambda r: r.__name__)
 def test_every_name_of_the_open_packages_is_in_the_reference(package: object) -> None:
     # A package as a whole shows what of it has a docstring; what has none is named beside it.
-    whole = f"::: {package.__name__}\n" in API  # type: ignore[attr-defined]
+    text = "".join(API.values())
+    whole = f"::: {package.__name__}\n" in text  # type: ignore[attr-defined]
     for name in package.__all__:  # type: ignore[attr-defined]
         described = whole and (
             getattr(getattr(package, name), "__module__", "").startswith("arael.")
             and not getattr(getattr(package, name), "__qualname__", "").startswith("_function")
         )
-        assert described or re.search(rf"\b{name}\b", API), name
+        assert described or re.search(rf"\b{name}\b", text), name
 
 
-def test_the_python_interface_can_be_read_in_the_repository(update: bool) -> None:
-    made = with_tables(API)
+@pytest.mark.parametrize("page", API, ids=lambda page: page.stem)
+def test_the_python_interface_can_be_read_in_the_repository(page: Path, update: bool) -> None:
+    made = with_tables(API[page])
     if update:
-        (DOCS / "api.md").write_text(made, encoding="utf-8")
+        page.write_text(made, encoding="utf-8")
     else:
-        assert made == API, "run pytest --update"
-    assert "| `arael.load(model, *, precision=None" in made
-    assert "| `Model.solve(" in made
+        assert made == API[page], "run pytest --update"
+
+
+def test_pages_of_the_python_interface_have_names_and_arguments() -> None:
+    text = "".join(API.values())
+    assert "| `arael.load(model, *, precision=None" in text
+    assert "| `Model.solve(" in text
+
+
+@pytest.mark.parametrize("page", API, ids=lambda page: page.stem)
+def test_each_section_of_the_python_interface_has_an_example(page: Path) -> None:
+    sections = re.split(r"^## ", API[page], flags=re.MULTILINE)[1:]
+    for section in sections:
+        before = section.partition("::: ")[0]
+        assert "```python\n" in before and "\n```text\n" in before, section.splitlines()[0]
+    assert f"](api/{page.name})" in (DOCS / "api.md").read_text(encoding="utf-8")
 
 
 EXAMPLES = sorted((DOCS.parent / "examples").glob("*/*.png"))

@@ -85,8 +85,9 @@ def command(
     For example `arael fit "a * exp(-b * x) + c" points.csv`. Names in FORMULA that are columns of
     DATA are data; all others are parameters, whose starts are found unless --start gives them.
     The column that FORMULA predicts is `y`, that of --y, or that on the left of `v = FORMULA`. A
-    FORMULA that contains the column `y`, or `0 = FORMULA`, is a residual to minimise. Without
-    --sigma the scatter of the points is used.
+    FORMULA that contains the column `y` is a residual to minimise, and so is the difference of the
+    sides of `0 = FORMULA` or `FORMULA = FORMULA`. Without --sigma the scatter of the points is
+    used.
     """
     # imported here: start-up time
     import arael

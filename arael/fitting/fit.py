@@ -52,7 +52,8 @@ def fit(
     Parameters
     ----------
     formula : ``"y = a * exp(-b * x)"``; without ``y =`` the column `y` or ``"y"`` is predicted. A
-        formula that contains it, or ``"0 = ..."``, is a residual to minimise.
+        formula that contains it is a residual to minimise, and so is the difference of the sides of
+        an equation, ``"hypot(x - a, y - b) = r"`` or ``"0 = ..."``.
     data : columns by name (arrays, or one number for all points), a data frame, the path of a CSV
         file or a list of paths. Points with a missing value (NaN) are left out. With `measured`
         the values of the column ``x``.

@@ -12,7 +12,8 @@ from arael.diagnostics.suggest import closest
 from arael.fitting.messages import mistake
 from arael.sym.values import Value, entries
 
-_EQUATION = re.compile(r"\s*([^=<>!()]+?)\s*=(?!=)(.*)", re.DOTALL)
+_EQUALS = re.compile(r"(?<![=<>!])=(?!=)")
+_COMPUTED = re.compile(r"[-+*/^()]")
 _COMMENT = re.compile(r"#[^\n]*")
 _RESERVED = ("self", "parent", "root")
 _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w|\s*\()")
@@ -40,7 +41,7 @@ class Formula:
 
 
 def read_formula(text: str, target: str | None, titles: Mapping[str, str], data: str) -> Formula:
-    """Read ``FORMULA``, ``NAME = FORMULA`` or ``0 = FORMULA``, a residual.
+    """Read ``FORMULA``, ``NAME = FORMULA``, or a residual: ``0 = FORMULA``, ``FORMULA = FORMULA``.
 
     Parameters
     ----------
@@ -63,16 +64,17 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
             f"write '{name}' for '{module[0]}': formulas are in arael's language, not in Python",
             "formula",
         )
-    formula, left = text, None
-    if equation := _EQUATION.fullmatch(text):
-        left, formula = equation[1], equation[2]
-        if target is not None and _column(target, titles) != _column(left, titles):
-            raise mistake(
-                "E0870",
-                f"'{left}' is on the left of FORMULA, and '{target}' is given with --y",
-                "formula",
-                "give one of the two",
-            )
+    left, formula = _sides(text)
+    if left is not None and target is not None and _column(target, titles) != _column(left, titles):
+        raise mistake(
+            "E0870",
+            f"'{left}' is on the left of FORMULA, and '{target}' is given with --y",
+            "formula",
+            "give one of the two",
+        )
+    if left is not None and _column(left, titles) not in titles and _COMPUTED.search(left):
+        sym.parse(left), sym.parse(formula)  # each side names its mistakes by their place in it
+        left, formula = "0", f"{left} - ({formula.strip()})"
 
     parsed = sym.parse(formula)
     names = list(sym.free_vars(parsed))
@@ -103,6 +105,15 @@ def read_formula(text: str, target: str | None, titles: Mapping[str, str], data:
     used = [*names, measured] if measured else names
     read = [name for name in dict.fromkeys(used) if name in titles]
     return Formula(residual, formula.strip(), measured, tuple(read), tuple(parameters))
+
+
+def _sides(text: str) -> tuple[str | None, str]:
+    """What is on the left of the first ``=`` outside brackets, None without one, and the rest."""
+    for equals in _EQUALS.finditer(text):
+        left = text[: equals.start()]
+        if all(left.count(a) == left.count(b) for a, b in ("()", "[]")):
+            return left.strip(), text[equals.end() :]
+    return None, text
 
 
 def measured_column(wanted: str, titles: Mapping[str, str], data: str) -> str:

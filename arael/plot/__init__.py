@@ -6,9 +6,9 @@ from typing import Any
 
 
 def __getattr__(name: str) -> Any:
-    if name == "rerun":
+    if name in ("rerun", "rerun_solve"):
         # imported here: start-up time
-        from arael.plot.viewer import rerun
+        from arael.plot import viewer
 
-        return rerun
+        return getattr(viewer, name)
     raise AttributeError(f"module 'arael.plot' has no attribute {name!r}")

@@ -208,6 +208,37 @@ def test_a_residual_formula() -> None:
         found.bands({"x": 1})
 
 
+@pytest.mark.parametrize(
+    ("formula", "same"),
+    [
+        ("hypot(x - a, y - b) = r", "0 = hypot(x - a, y - b) - r"),
+        ("x * (1 + a) = y - b", "0 = x * (1 + a) - y + b"),
+        ("-y = a * x + b", "y = -(a * x + b)"),
+    ],
+)
+def test_an_equation_is_the_difference_of_its_sides(formula: str, same: str) -> None:
+    angle = np.arange(9.0)
+    data = {"x": 3 + 2 * np.cos(angle), "y": 2 * np.sin(angle) - 1 + 0.01 * (-1) ** angle}
+    found = arael.fit(formula, data)
+    assert found.parameters == pytest.approx(arael.fit(same, data).parameters, rel=1e-6)
+    assert found.formula.predicts is None
+    if "r" in found.parameters:
+        assert [*found.parameters.values()] == pytest.approx([3, -1, 2], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("formula", "said"),
+    [
+        ("log(y) = a -* b", "`-` is followed by `*`"),
+        ("hypot(x - a, y = r", "expected an operator, `\\)` or `,`"),
+        ("z = a * x", "no column 'z'"),
+    ],
+)
+def test_mistakes_in_an_equation_are_named(formula: str, said: str) -> None:
+    with pytest.raises(AraelError, match=said):
+        arael.fit(formula, DATA)
+
+
 def test_two_arrays_are_the_columns_x_and_y() -> None:
     found = arael.fit("a * exp(-b * x) + c", X, list(Y))
     assert found.parameters == arael.fit(FORMULA, DATA).parameters
