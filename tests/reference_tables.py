@@ -1,6 +1,6 @@
 """Tables of the Python interface: names with arguments, and the first sentence of each docstring.
 
-The pages of `docs/api/` contain them, so that they can be read where mkdocstrings has not filled it.
+The pages of `docs/api/` contain them, so that they can be read without mkdocstrings.
 """
 
 from __future__ import annotations
