@@ -56,6 +56,46 @@ test("badges of what is small on the screen are hidden, unless they are wanted",
   assert.ok(shown(["CL0H"]).includes("CL0H"));
 });
 
+test("badges are those of what is selected, hovered or in conflict; all of them when asked for", () => {
+  const { annotations, store, ctx } = annotated();
+  const names = () => (annotations.layout(ctx), [...new Set(annotations.glyphs.map((one) => one.name))].sort());
+  assert.deepEqual(names(), [...store.constraints.keys()].sort());
+  annotations.shown.glyphs = false;
+  assert.deepEqual(names(), []);
+  store.select(["L1"]);
+  assert.deepEqual(names(), ["C0", "C2", "C4"]);
+  store.select(["L0.p1"]);
+  assert.deepEqual(names(), ["C5"]);
+  store.select([]);
+  store.verdict.constraints = { C3: "redundant" };
+  assert.deepEqual(names(), ["C3"]);
+  store.hover(["L3"]);
+  assert.deepEqual(annotations.hoveredGlyphs().map((one) => one.name), ["C4", "C4"]);
+  assert.deepEqual(annotations.glyphs.map((one) => one.name), ["C3", "C3"], "hovering lays out nothing anew");
+});
+
+test("a group has one badge, which stands for it", () => {
+  const { store, view } = rectangle();
+  store.groups.set("M0", { name: "M0", kind: "pattern", owned: ["C0", "C1", "C2", "C3"] });
+  const names = (always) => layoutGlyphs({ store, view }, new Places(), new Set(always)).map((one) => one.name);
+  assert.equal(names([]).filter((one) => one === "M0").length, 1);
+  assert.ok(!names([]).some((one) => ["C0", "C1", "C2", "C3"].includes(one)));
+  assert.ok(names(["C3"]).includes("C3"), "one of them that is wanted is shown by itself");
+});
+
+test("a badge without a free place is left out, and one that has a place keeps it", () => {
+  const { store, view } = rectangle();
+  const places = new Places();
+  const [x, y] = view.toScreen([5, 0]);
+  places.take(x, y, 400, 400);
+  assert.deepEqual(layoutGlyphs({ store, view }, places, new Set(["CL0H"]), [store.constraints.get("CL0H")]), []);
+  const choices = new Map();
+  const at = (constraints) => layoutGlyphs({ store, view }, new Places(), new Set(), constraints, choices).find((one) => one.of === "C3");
+  const all = at(store.constraints.values());
+  const alone = at([store.constraints.get("C3")]);
+  assert.deepEqual([alone.x, alone.y], [all.x, all.y]);
+});
+
 test("a badge is picked where it is laid out", () => {
   const { store, view } = rectangle();
   const places = new Places();
@@ -86,6 +126,7 @@ function annotated() {
   const { store, view } = rectangle();
   store.dimensions.set("d0", { name: "d0", kind: "length", args: ["L0"], value: { text: "10", number: 10 } });
   const annotations = new Annotations(store, view);
+  annotations.shown.glyphs = true;
   const { ctx } = context();
   annotations.layout(ctx);
   return { annotations, store, view, ctx };
@@ -98,6 +139,7 @@ test("the badge of an arc keeps off the leader of its radius", () => {
   );
   store.dimensions.set("d0", { name: "d0", kind: "radius", args: ["A0"], value: { text: "5", number: 5 } });
   const annotations = new Annotations(store, view);
+  annotations.shown.glyphs = true;
   annotations.layout(context().ctx);
   const [x1, y1, x2, y2] = annotations.dimensions[0].lines;
   assert.ok(annotations.glyphs.length === 2);
@@ -120,6 +162,7 @@ test("texts and badges keep off points, and off the extension lines of dimension
   view.scale = 8;
   view.centre([20, 15]);
   const annotations = new Annotations(store, view);
+  annotations.shown.glyphs = true;
   annotations.layout(context().ctx);
   const taken = [
     ...annotations.dimensions.map(({ name, half, text }) => ({ name, x: text.x, y: text.y, w: text.angle ? 6 : half, h: text.angle ? half : 6 })),

@@ -39,7 +39,7 @@ export class App extends EventTarget {
   picker = new Picker(this.store, this.view);
   snapper = new Snapper(this.store, this.view, this.picker);
   /** What is shown of the drawing. @type {Record<string, boolean>} */
-  shown = { dimensions: true, glyphs: true, points: true, construction: true, regions: true };
+  shown = { dimensions: true, glyphs: false, points: true, construction: true, regions: true };
   /** @type {import("./theme.js").Theme|null} */
   theme = null;
   /** Place for typed values. @type {import("./typing.js").Typing|null} */

@@ -150,7 +150,7 @@ EMPTIED = """async () => {
     app.tools.start("select");
     app.tools.current.place = null;
     app.panels.show("");
-    for (const part of Object.keys(app.shown)) app.show(part, true);
+    for (const part of Object.keys(app.shown)) app.show(part, part !== "glyphs");
     app.theme.set("auto");
     app.showLengths("mm");
     app.snapper.recent = [];

@@ -222,7 +222,7 @@ def test_of_a_point_that_is_deleted_from_the_menu_the_curve_goes(sheet: Any) -> 
     wait(sheet, "app.store.entities.size === 1")
 
 
-LAYERS = ("dimensions", "glyphs", "points", "construction", "regions")
+LAYERS = ("dimensions", "points", "construction", "regions")
 
 VIEWS: dict[str, tuple[str, str]] = {
     "zoom_in": ("+", "app.view.scale === 12.5"),
@@ -234,10 +234,11 @@ VIEWS: dict[str, tuple[str, str]] = {
     "keys": ("?", "document.querySelector('dialog.help[open]').innerText.includes('Coincident')"),
     "manual": ("F1", "document.querySelector('dialog.help[open] .help-command')"),
     "tour": ("Shift+F1", "document.querySelector('.tour')"),
+    "show_glyphs": ("Z", "app.shown.glyphs === true"),
     "focus_canvas": ("F6", "document.activeElement === app.canvas"),
     **{
         f"show_{layer}": (f"Alt+Shift+{key}", f"app.shown.{layer} === false")
-        for layer, key in zip(LAYERS, "DKIXU", strict=True)
+        for layer, key in zip(LAYERS, "DIXU", strict=True)
     },
 }
 

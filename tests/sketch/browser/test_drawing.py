@@ -302,6 +302,8 @@ def test_texts_of_dimensions_and_glyphs_are_dragged_and_glyphs_deleted(page: Any
     wait(page, "app.store.dimensions.get('d0').offset !== null")
     moved = drawn(page, where, "d0")
     assert moved["y"] - text["y"] == pytest.approx(30, abs=2)
+    # the marks of a line are there once it is selected
+    page.mouse.click(*at(page, 5, 12))
     glyph = drawn(page, "(n) => app.renderer.annotations.glyphs.find((g) => g.name === n)", "CL2H")
     page.mouse.click(box[0] + glyph["x"], box[1] + glyph["y"])
     assert page.evaluate("[...app.store.selection]") == ["CL2H"]

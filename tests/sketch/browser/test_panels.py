@@ -232,8 +232,8 @@ def test_menus_set_theme_and_what_is_shown(page: Any) -> None:
 
     choose("View", "Dark")
     assert page.evaluate("getComputedStyle(document.body).colorScheme") == "dark"
-    choose("View", "Constraint marks")
-    assert page.evaluate("app.renderer.annotations.shown.glyphs") is False
+    choose("View", "All constraint marks")
+    assert page.evaluate("app.renderer.annotations.shown.glyphs") is True
     choose("View", "Theme as the system")
     assert page.evaluate("document.documentElement.dataset.theme") is None
 

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from tests.sketch.browser.conftest import Editor
-from tests.sketch.browser.mouse import GROUND
-from tests.sketch.browser.panels import connected, run, wait
+from tests.sketch.browser.mouse import GROUND, at, click
+from tests.sketch.browser.panels import connected, press, run, wait
 from tests.sketch.server.process import ServerProcess
 from tests.sketch.server.shared import contradictory
 
@@ -91,3 +91,30 @@ def test_a_half_free_line_has_one_ring_and_one_disc(editor: Editor) -> None:
     assert ring == pytest.approx(palette(page, "background"), abs=20)
     (edge,) = pixels(page, (40, 25, 3, 0))
     assert edge[:3] != pytest.approx(palette(page, "background")[:3], abs=40)
+
+
+MARKS = "[...new Set(app.renderer.annotations.glyphs.map((one) => one.name))].sort()"
+
+
+def test_marks_are_those_of_what_is_hovered_selected_or_contradicts(sheet: Any) -> None:
+    run(sheet, "add_rect -20,-10 20,10 hv")
+    assert sheet.evaluate(MARKS) == []
+    sheet.mouse.move(*at(sheet, 5, 10))
+    wait(sheet, "app.store.hovered.has('L2')")
+    hovered = sheet.evaluate("app.renderer.annotations.hoveredGlyphs().map((one) => one.name)")
+    assert sorted(hovered) == ["C1", "C2", "CL2H"]
+    click(sheet, 5, 10)
+    wait(sheet, f"{MARKS}.join(' ') === 'C1 C2 CL2H'")
+    sheet.mouse.move(1, 1)
+    press(sheet, "z")
+    wait(sheet, f"{MARKS}.length === 8")
+    press(sheet, "z", "Escape")
+    sheet.evaluate("app.store.select([])")
+    wait(sheet, f"{MARKS}.length === 0")
+    run(sheet, "parallel L0 L2 force")
+    wait(sheet, f"{MARKS}.includes('C4')")
+    sheet.evaluate("app.store.select(['L1'])")
+    wait(sheet, f"{MARKS}.includes('CL1V')")
+    sheet.evaluate("app.view.scale = 0.5; app.view.centre([0, 0])")
+    wait(sheet, f"!{MARKS}.includes('CL1V')")
+    assert "C4" in sheet.evaluate(MARKS)

@@ -13,7 +13,7 @@ const zoom = (app, factor) => app.view.zoomAt(app.view.width / 2, app.view.heigh
 /** What can be hidden, by the name of a data attribute of the root; the renderer reads `app.shown`. */
 export const LAYERS = [
   { id: "dimensions", title: "Dimensions", key: "Alt+Shift+D" },
-  { id: "glyphs", title: "Constraint marks", key: "Alt+Shift+K" },
+  { id: "glyphs", title: "All constraint marks", key: "Z" },
   { id: "points", title: "Points", key: "Alt+Shift+I" },
   { id: "construction", title: "Construction geometry", key: "Alt+Shift+X" },
   { id: "regions", title: "Closed regions", key: "Alt+Shift+U" },

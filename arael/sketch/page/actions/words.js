@@ -29,6 +29,7 @@ export const WORDS = {
   switch_off: "suppress disable",
   switch_on: "unsuppress enable",
   fit: "zoom all extents home",
+  show_glyphs: "relations symbols icons",
   grid: "snap to the grid",
   delete: "erase remove",
   save: "store write",

@@ -1,13 +1,13 @@
 /** Dimensions and glyphs of the visible part: laid out together, so that none overlaps another. */
 
 import { boundsOfAll } from "../geometry/boxes.js";
-import { curveOf, lineEnds, roughLength, sample } from "../geometry/curves.js";
+import { curveOf, roughLength } from "../geometry/curves.js";
 import { splitHandle } from "../geometry/handles.js";
-import { boxOfText } from "../geometry/lettering.js";
 import { drawDimensions, TEXT } from "./dimension_marks.js";
 import { layoutDimension, measured } from "./dimensions.js";
 import { Follower } from "./follower.js";
-import { drawGlyph, layoutGlyphs } from "./glyphs.js";
+import { constraintsOf, drawGlyph, layoutGlyphs } from "./glyphs.js";
+import { takeCurves } from "./obstacles.js";
 import { EDGES } from "./palette.js";
 import { Places, SamePlaces } from "./places.js";
 import { dimensionText } from "./texts.js";
@@ -36,11 +36,12 @@ export class Annotations {
   dragged = null;
   /** Glyphs that were dragged: by how many pixels. @type {Map<string, [number, number]>} */
   nudged = new Map();
-  shown = { dimensions: true, glyphs: true };
+  /** Of the badges all, or those of what is selected, hovered or part of a conflict. */
+  shown = { dimensions: true, glyphs: false };
   /** What a drag leaves where it is. @type {Shown} */
   still = { dimensions: [], glyphs: [] };
-  /** What is shown and moves in a drag. @type {{dimensions: Follower[], constraints: Constraint[]}} */
-  _moving = { dimensions: [], constraints: [] };
+  /** What is shown and moves in a drag. @type {{dimensions: Follower[], constraints: Constraint[], always: Set<string>}} */
+  _moving = { dimensions: [], constraints: [], always: new Set() };
   /** Where each was laid out among its possible places. @type {Map<string, number>} */
   _choices = new Map();
   /** Middle of the drawing when it was laid out. @type {import("../types.js").Point} */
@@ -66,19 +67,27 @@ export class Annotations {
     const { store, view } = this;
     this._for = viewKey(view);
     this.places = new Places();
-    this._choices.clear();
     this.dimensions = [];
-    this.glyphs = [];
-    const few = store.entities.size <= 400;
-    if (few) this._takeCurves();
     const always = new Set([...store.selection, ...store.hovered, ...Object.keys(store.verdict.constraints)]);
+    const constraints = this.shown.glyphs ? store.constraints.values() : constraintsOf(store, store.selection);
+    takeCurves(store, view, this.places);
     if (this.shown.dimensions && store.dimensions.size) this._layoutDimensions(ctx, always);
-    if (this.shown.glyphs) {
-      const scene = { store, view, nudged: this.nudged };
-      this.glyphs = layoutGlyphs(scene, this.places, always, store.constraints.values(), this._choices);
-    }
+    this.glyphs = layoutGlyphs(this._scene, this.places, always, constraints, this._choices);
     this.still = this;
-    this._moving = { dimensions: [], constraints: [] };
+    this._moving = { dimensions: [], constraints: [], always: new Set() };
+  }
+
+  get _scene() {
+    return { store: this.store, view: this.view, nudged: this.nudged };
+  }
+
+  /** Badges of what is hovered, beside those that are laid out. @returns {Glyph[]} */
+  hoveredGlyphs() {
+    const { store, places } = this;
+    if (this.shown.glyphs || !this.fits || !store.hovered.size) return [];
+    const there = new Set(this.glyphs.map((one) => one.name));
+    const found = layoutGlyphs(this._scene, new Places(places), store.hovered, constraintsOf(store, store.hovered));
+    return found.filter((one) => !there.has(one.name));
   }
 
   /**
@@ -113,13 +122,14 @@ export class Annotations {
     const moves = (/** @type {{args: string[]}|undefined} */ one) => !!one?.args.some((arg) => moved.has(splitHandle(arg)[0]));
     const dimensions = this.dimensions.map((one) => store.dimensions.get(one.name)).filter((one) => one !== undefined);
     // the ring of a coincidence is seen where something is to be said about it only
-    const drawn = new Set(this.glyphs.filter((one) => !one.ring || this._state(one.name)).map((one) => one.name));
-    const constraints = [...drawn].map((name) => store.constraints.get(name)).filter((one) => one !== undefined);
+    const drawn = this.glyphs.filter((one) => !one.ring || this._state(one.name));
+    const always = new Set(drawn.filter((one) => one.name === one.of).map((one) => one.name));
+    const constraints = [...new Set(drawn.map((one) => one.of))].map((name) => store.constraints.get(name)).filter((one) => one !== undefined);
     const followers = dimensions.filter(moves).map((one) => new Follower(store, one));
-    this._moving = { dimensions: followers, constraints: constraints.filter(moves) };
+    this._moving = { dimensions: followers, constraints: constraints.filter(moves), always };
     this.still = {
       dimensions: this.dimensions.filter((one) => !moves(store.dimensions.get(one.name))),
-      glyphs: this.glyphs.filter((one) => !moves(store.constraints.get(one.name))),
+      glyphs: this.glyphs.filter((one) => !moves(store.constraints.get(one.of))),
     };
   }
 
@@ -134,14 +144,13 @@ export class Annotations {
    * @returns {Shown}
    */
   follow(ctx) {
-    const { store, view, nudged } = this;
-    const { dimensions, constraints } = this._moving;
+    const { view } = this;
+    const { dimensions, constraints, always } = this._moving;
     const places = new SamePlaces(this._choices);
     const pen = this._pen(ctx, places);
     const drawn = dimensions.map((one) => one.drawn(view.scale, () => this._layoutDimension(pen, one.record)))
       .filter((one) => one !== null);
-    const always = new Set(constraints.map((one) => one.name));
-    return { dimensions: drawn, glyphs: layoutGlyphs({ store, view, nudged }, places, always, constraints) };
+    return { dimensions: drawn, glyphs: layoutGlyphs(this._scene, places, always, constraints) };
   }
 
   /** Move a glyph; it keeps its place beside its anchor. @param {string} name @param {[number, number]} by  pixels */
@@ -207,52 +216,25 @@ export class Annotations {
     return width;
   }
 
-  /** Mark the curves themselves, so that texts and badges keep off them. */
-  _takeCurves() {
-    const { store, view, places } = this;
-    for (const entity of store.entities.values()) {
-      const curve = curveOf(entity, store.values);
-      if (!curve) {
-        const [x, y] = view.toScreen(store.point(entity.name) ?? [NaN, NaN]);
-        if (x > 0 && y > 0 && x < view.width && y < view.height) places.take(x, y, 4, 4);
-        continue;
-      }
-      const step = Math.max(12 / view.scale, roughLength(curve) / 150);
-      for (const p of sample(curve, step)) {
-        const [x, y] = view.toScreen(p);
-        if (x > 0 && y > 0 && x < view.width && y < view.height) places.take(x, y, 3, 3);
-      }
-      if (entity.text && curve.type === "line") this._takeText(boxOfText(entity.text, ...lineEnds(curve)));
-    }
-  }
-
-  /** Mark the box of a text: squares along its middle. @param {import("../types.js").Point[]} box */
-  _takeText(box) {
-    const { view, places } = this;
-    const [a, b, , d] = box.map((p) => view.toScreen(p));
-    const half = Math.hypot(d[0] - a[0], d[1] - a[1]) / 2;
-    if (!half || 2 * half > view.height) return;
-    const count = Math.min(Math.ceil(Math.hypot(b[0] - a[0], b[1] - a[1]) / half / 2), 200);
-    for (let i = 0; i < count; i++) {
-      const [x, y] = [0, 1].map((k) => (a[k] + d[k]) / 2 + ((i + 0.5) / count) * (b[k] - a[k]));
-      if (x > 0 && y > 0 && x < view.width && y < view.height) places.take(x, y, half, half);
-    }
-  }
-
   /**
    * @param {CanvasRenderingContext2D} ctx
    * @param {Palette} palette
    * @param {Shown} shown
    */
   draw(ctx, palette, shown) {
-    const { store } = this;
     for (const { colour, dash, all } of this._byLook(palette, shown.dimensions)) {
       drawDimensions(ctx, all, colour, palette.background, dash);
     }
-    for (const glyph of shown.glyphs) {
+    this.drawGlyphs(ctx, palette, shown.glyphs);
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {Palette} palette @param {Glyph[]} glyphs */
+  drawGlyphs(ctx, palette, glyphs) {
+    const { store } = this;
+    for (const glyph of glyphs) {
       const look = {
         state: this._state(glyph.name),
-        active: store.constraints.get(glyph.name)?.active !== false,
+        active: store.constraints.get(glyph.of)?.active !== false,
         hovered: store.hovered.has(glyph.name),
       };
       drawGlyph(ctx, glyph, look, palette);

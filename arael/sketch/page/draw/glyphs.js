@@ -1,4 +1,4 @@
-/** Badges of constraints beside what they act on: laid out without overlaps, hidden where too small. */
+/** Badges of constraints beside what they act on: laid out without overlaps, hidden where too small or without a free place. */
 
 import { angleAt, conicPoint } from "../geometry/conics.js";
 import { curveOf, isClosed, lineEnds, nearest, pointAt, roughLength, tangentAt } from "../geometry/curves.js";
@@ -13,7 +13,8 @@ import { drawBadge } from "./symbols.js";
  * @typedef {import("../types.js").Curve} Curve
  * @typedef {import("../types.js").Constraint} Constraint
  * @typedef {{at: Point, normal: Point|null, size: number}} Anchor  in the sketch; size of what it belongs to
- * @typedef {{name: string, kind: string, x: number, y: number, ring: boolean}} Glyph  in pixels
+ * @typedef {{name: string, of: string, kind: string, x: number, y: number, ring: boolean}} Glyph  in pixels; the name
+ *     of a constraint, or of the group to which the constraint `of` belongs
  * @typedef {{store: import("../store.js").Store, view: import("../view.js").View, nudged?: Map<string, Point>}} Scene
  * @typedef {import("./places.js").Places<string>} Places
  */
@@ -25,39 +26,74 @@ const MOST = 1200;
 const ON_BOTH = new Set(["parallel", "equal", "collinear", "equal_angle", "symmetry", "image", "concentric"]);
 
 /**
- * Badges of the constraints that are visible and large enough.
+ * Constraints that something is to be said about: of a conflict, named, or on what is named.
+ * @param {import("../store.js").Store} store
+ * @param {Iterable<string>} names  of constraints, entities, points, dimensions, groups
+ * @returns {Constraint[]}
+ */
+export function constraintsOf(store, names) {
+  const wanted = new Set(names);
+  for (const name of [...wanted]) for (const one of store.groups.get(name)?.owned ?? []) wanted.add(one);
+  const { constraints: conflicts } = store.verdict;
+  if (!wanted.size && !Object.keys(conflicts).length) return [];
+  const fits = (/** @type {string} */ arg) => wanted.has(arg) || wanted.has(splitHandle(arg)[0]);
+  return [...store.constraints.values()].filter(({ name, args }) => wanted.has(name) || name in conflicts || args.some(fits));
+}
+
+/** The group of each constraint that belongs to one. @param {import("../store.js").Store} store @returns {Map<string, string>} */
+function groupsOf(store) {
+  const found = new Map();
+  for (const { name, owned } of store.groups.values()) for (const one of owned ?? []) found.set(one, name);
+  return found;
+}
+
+/**
+ * Badges of the constraints that are visible and large enough; of a group one, by the group's name.
  * @param {Scene} scene
  * @param {Places} places
  * @param {ReadonlySet<string>} always  names that are shown at any size
  * @param {Iterable<Constraint>} [constraints]  all
- * @param {Map<string, number>} [choices]  filled with what `places` refused, by name and anchor
+ * @param {Map<string, number>} [choices]  which of the possible places each has, by name and anchor; that is
+ *     preferred, and written anew
  * @returns {Glyph[]}
  */
 export function layoutGlyphs(scene, places, always, constraints = scene.store.constraints.values(), choices = undefined) {
   const { store, view } = scene;
+  const groups = groupsOf(store);
+  /** @type {Set<string>} */
+  const said = new Set();
   /** @type {Glyph[]} */
   const found = [];
   for (const constraint of constraints) {
-    const wanted = always.has(constraint.name);
+    const { name: of, kind } = constraint;
+    const wanted = always.has(of);
+    const group = wanted ? undefined : groups.get(of);
+    const name = group ?? of;
+    if (group && (kind === "coincident" || said.has(group))) continue;
     if (found.length > MOST && !wanted) continue;
-    for (const [i, anchor] of anchors(constraint, store).entries()) {
+    const marks = anchors(constraint, store).slice(0, group ? 1 : undefined);
+    for (const [i, anchor] of marks.entries()) {
       if (anchor.size * view.scale < SMALLEST && !wanted) continue;
       const [x, y] = view.toScreen(anchor.at);
       if (x < -40 || y < -40 || x > view.width + 40 || y > view.height + 40) continue;
-      const { name, kind } = constraint;
       if (kind === "coincident") {
-        found.push({ name, kind, x, y, ring: true });
+        found.push({ name, of, kind, x, y, ring: true });
         continue;
       }
+      const key = `${name} ${i}`;
       const by = scene.nudged?.get(name);
       const spots = around(x, y, anchor.normal);
-      /** @type {Point} */
-      const moved = by ? [spots[0][0] + by[0], spots[0][1] + by[1]] : [0, 0];
-      places.choosing(`${name} ${i}`);
-      const [gx, gy] = by ? moved : places.firstFree(spots, HALF + 1, HALF + 1);
-      choices?.set(`${name} ${i}`, places.refused);
-      places.take(gx, gy, HALF + 1, HALF + 1, name);
-      found.push({ name, kind, x: gx, y: gy, ring: false });
+      places.choosing(key);
+      const before = choices?.get(key) ?? -1;
+      const order = before > 0 ? [spots[before], ...spots] : spots;
+      /** @type {Point|undefined} */
+      const at = by ? [spots[0][0] + by[0], spots[0][1] + by[1]] : order.find(([u, v]) => places.isFree(u, v, HALF + 1, HALF + 1));
+      choices?.set(key, at ? Math.max(spots.indexOf(at), 0) : -1);
+      // there is no place that is clear of geometry, texts and other badges
+      if (!at) continue;
+      places.take(...at, HALF + 1, HALF + 1, name);
+      found.push({ name, of, kind, x: at[0], y: at[1], ring: false });
+      if (group) said.add(group);
     }
   }
   return found;

@@ -27,6 +27,8 @@ export function drawOverlay(ctx, app, palette, state) {
   const tool = tools.current;
   ctx.clearRect(0, 0, view.width, view.height);
   drawNames(ctx, app, store.hovered, palette.preview);
+  const { annotations } = app.renderer;
+  annotations.drawGlyphs(ctx, palette, annotations.hoveredGlyphs());
   const preview = tool.preview();
   drawNames(ctx, app, preview.names ?? [], palette.selected);
   drawPreview(ctx, view, preview, palette);

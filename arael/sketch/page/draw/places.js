@@ -14,6 +14,11 @@ export class Places {
   _asked = 0;
   _free = true;
 
+  /** @param {Places<T>|null} [below]  places that are taken as well */
+  constructor(below = null) {
+    this._below = below;
+  }
+
   /** Something begins to look for its place. @param {string} _key */
   choosing(_key) {
     this._asked = 0;
@@ -47,14 +52,14 @@ export class Places {
     return false;
   }
 
-  /** @param {number} x @param {number} y @param {number} w @param {number} h */
+  /** @param {number} x @param {number} y @param {number} w @param {number} h @returns {boolean} */
   _isFree(x, y, w, h) {
     for (const key of cells(x, y, w, h)) {
       for (const o of this._cells.get(key) ?? []) {
         if (Math.abs(x - o.x) < w + o.w && Math.abs(y - o.y) < h + o.h) return false;
       }
     }
-    return true;
+    return this._below?._isFree(x, y, w, h) ?? true;
   }
 
   /**
