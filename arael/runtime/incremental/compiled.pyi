@@ -17,6 +17,7 @@ class BlockTree:
     stride: int
     live_terms: int
     live_variables: int
+    live_rows: int
     refactored: int
 
     def __init__(self, stride: int) -> None: ...

@@ -65,6 +65,7 @@ cdef class BlockTree:
     cdef Py_ssize_t term_room, variable_room, front_room
     cdef readonly Py_ssize_t stride      # scalars kept for each variable
     cdef readonly Py_ssize_t live_terms, live_variables
+    cdef readonly long long live_rows    # residuals of all terms
     cdef readonly long long refactored   # scalars that the last `eliminate` eliminated
     cdef IntList free_terms, free_variables, free_fronts
     cdef IntList dropped_terms, dropped_variables  # still named by fronts

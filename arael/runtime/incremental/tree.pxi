@@ -159,6 +159,7 @@ cdef class BlockTree:
         for k in range(count):
             push(&self.variables[variable[k]].terms, t)
         self.live_terms += 1
+        self.live_rows += rows
         self.touch_term(t)
         return t
 
@@ -177,6 +178,7 @@ cdef class BlockTree:
                     there.at[i] = there.at[there.count]
                     break
         self.live_terms -= 1
+        self.live_rows -= one.rows
         push(&self.dropped_terms, t)
         return 0
 
