@@ -33,6 +33,8 @@ NEGATIVE = -1e-4
 KEPT = 0.5
 #: There must be no solution where they may become as short as this, either.
 SHORTER = 0.02
+#: Evaluations of a minimisation at most: one that has not ended creeps along a valley.
+EVALUATIONS = 200
 #: Residuals of at least this share of the largest one are not zero where their sum is least.
 PULLS = 1e-4
 #: Sums that differ by less than this share are the same.
@@ -160,7 +162,13 @@ class Least:
         with np.errstate(all="ignore"):
             try:
                 found = least_squares(
-                    self.residuals, start, jac=self._jacobian, xtol=1e-14, ftol=1e-14, gtol=1e-14
+                    self.residuals,
+                    start,
+                    jac=self._jacobian,
+                    xtol=1e-14,
+                    ftol=1e-14,
+                    gtol=1e-14,
+                    max_nfev=EVALUATIONS,
                 )
                 if (self._spare(found.x) >= 0.0).all():
                     return np.asarray(found.x)
