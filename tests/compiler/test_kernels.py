@@ -120,8 +120,8 @@ def test_a_random_model(drawn: RandomModel, tmp_path_factory: pytest.TempPathFac
     check_random_model(drawn, tmp_path_factory)
 
 
-@pytest.mark.slow(reason="compiles ten large models")
-@settings(max_examples=10, suppress_health_check=SUPPRESSED)
+@pytest.mark.slow(reason="compiles five large models")
+@settings(max_examples=5, suppress_health_check=SUPPRESSED)
 @given(drawn=models())
 def test_random_models(drawn: RandomModel, tmp_path_factory: pytest.TempPathFactory) -> None:
     check_random_model(drawn, tmp_path_factory)

@@ -58,7 +58,7 @@ def test_flipped_bits(warm: Place, ending: str, fuzz_seed: int) -> None:
     assert warm.half_built() == []
 
 
-@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe", b"[]", b'{"format": 1}', b"\0" * 4096])
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b'{"format": 1}'])
 def test_descriptions_that_are_none(warm: Place, content: bytes) -> None:
     for path in warm.in_cache("*.json"):
         path.write_bytes(content)

@@ -10,8 +10,8 @@ from arael.sketch.commands.session import Session
 from tests.sketch.properties.generator import Generator, perform, snapshot
 
 SEEDS = [1, 2, 3, 4]
-MANY = range(100, 125)
-MORE = range(100, 300)
+MANY = range(100, 110)
+MORE = range(100, 160)
 
 
 def run(session: Session, line: str) -> bool:
