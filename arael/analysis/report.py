@@ -236,7 +236,9 @@ class Report(Displayed):
         listed: list[tuple[str, Estimate | Column]] = [(e.name, e) for e in self._listed()]
         listed += [(c.name, c) for columns in self._summarised().values() for c in columns]
         width = max((len(name) for name, _ in listed), default=0)
-        yield from (f"  {name:<{width}} = {one}" for name, one in listed)
+        for name, one in listed:
+            unknown = isinstance(one, Estimate) and one.value is None
+            yield f"  {name:<{width}} {' ' if unknown else '='} {one}"
         if len(self._single) > len(self._listed()):
             yield f"  ... {len(self._single) - len(self._listed())} more"
         if self.correlations:

@@ -142,8 +142,12 @@ def test_scalars_of_rotations_have_no_value(load: Load) -> None:
     text += "q.rotation_matrix() * [1, 0, 0] - [1, 0, 0]] } }"
     model = load(text)()
     model.solve()
-    parts = {one.name: one for one in model.report().parameters}
+    report = model.report()
+    parts = {one.name: one for one in report.parameters}
     assert len(parts) == 6
+    lines = [line.split() for line in str(report).splitlines()]
+    assert ["q.x", "+-"] in [line[:2] for line in lines]
+    assert ["p.x", "="] in [line[:2] for line in lines]
     rotation = [one for name, one in parts.items() if name.startswith("q")]
     assert all(one.value is None and one.sigma is not None for one in rotation)
     assert parts["p.x"].value == pytest.approx(0)

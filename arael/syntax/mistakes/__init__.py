@@ -27,6 +27,7 @@ MISTAKES: tuple[Callable[[Trouble], bool], ...] = (
     fields.comma,
     formulas.equal,
     declarations.outside,
+    declarations.let_among_members,
     declarations.function,
     declarations.clause,
     declarations.missing_braces,

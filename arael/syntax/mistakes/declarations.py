@@ -118,6 +118,21 @@ def outside(t: Trouble) -> bool:
     return True
 
 
+def let_among_members(t: Trouble) -> bool:
+    """A `let` beside the fields of a struct: it would be shared by its constraints."""
+    if t.token.type != "LET" or "CONSTRAINT" not in t.expected:
+        return False
+    t.report(
+        "E0140",
+        "`let` outside of a constraint",
+        "belongs in the braces of a constraint",
+        help="write it in each constraint that uses it, or as a function: `fn name(x) = ...`",
+    )
+    t.skip(1)
+    t.panic()
+    return True
+
+
 def function(t: Trouble) -> bool:
     """``fn f(x: real) { x * 2 }``: a function with types or braces, as in programs."""
     if t.within("FN") is None:
