@@ -56,6 +56,21 @@ class Prior:
         ends = np.cumsum([part.tangent for part in self.parts])
         # (k, 1, tangent) views: an instance has one residual.
         self._blocks = np.split(jacobian[:, None, :], ends[:-1], axis=2)
+        alike: dict[tuple[str, int], list[int]] = {}
+        for k, part in enumerate(self.parts):
+            alike.setdefault((part.kind, len(part.base)), []).append(k)
+        # Parts of one kind together: their numbers, first estimates and columns of the Jacobian.
+        self._alike = [
+            (
+                kind,
+                numbers,
+                np.stack([self.parts[k].base for k in numbers]),
+                np.concatenate(
+                    [np.arange(ends[k] - self.parts[k].tangent, ends[k]) for k in numbers]
+                ),
+            )
+            for (kind, _), numbers in alike.items()
+        ]
 
     @property
     def information(self) -> Floats:
@@ -65,18 +80,16 @@ class Prior:
 
     def __call__(self, *values: Any, row: Any) -> tuple[Floats, list[Floats]]:
         """Residuals (k,) and Jacobians (k, 1, tangent) by a step of each parameter."""
-        residual = self.residual.copy()
-        found = []
-        for part, block, value in zip(self.parts, self._blocks, values, strict=True):
-            base = part.base[None]
-            at = np.asarray(value[:1], dtype=np.float64).reshape(base.shape)
-            delta = difference(part.kind, base, at)
-            residual += block[:, 0] @ delta[0]
-            if part.kind in CURVED:
-                chart = chart_derivative(part.kind, base, delta)[0]
-                block = block @ np.linalg.inv(chart)
-            found.append(block)
-        return residual, found
+        moved, found = np.empty(self.jacobian.shape[1]), list(self._blocks)
+        for kind, numbers, bases, columns in self._alike:
+            at = np.concatenate([np.ravel(values[k][:1]) for k in numbers])
+            delta = difference(kind, bases, at.astype(np.float64, copy=False).reshape(bases.shape))
+            moved[columns] = delta.ravel()
+            if kind in CURVED:
+                back = np.linalg.inv(chart_derivative(kind, bases, delta))
+                for k, one in zip(numbers, back, strict=True):
+                    found[k] = found[k] @ one
+        return self.residual + self.jacobian @ moved, found
 
     def __repr__(self) -> str:
         return f"<prior of {len(self.residual)} residuals over {len(self.parts)} parameters>"
