@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.display.measured import measured
+from arael.runtime.assembly.components import graph_components
 
 Array = NDArray[np.float64]
 
@@ -53,16 +54,13 @@ def flat_directions(
     flat = strength <= np.fmax(deviation / _FAR, rounding)
     if not flat.any():
         return ()
-    # imported here: start-up time
-    from scipy.sparse.csgraph import connected_components
-
     # a rise of the cost that is within the scatter, or within rounding of a curve without any
     rise = float(np.nan_to_num(deviation)) ** 2 + (1e-8 * float(np.linalg.norm(matrix * x))) ** 2
     most = cost(x) + rise
     directions = rows[flat].T * weight[:, None]
     share = np.abs(rows[flat].T @ rows[flat])
-    count, label = connected_components(share > _PART, directed=False)
-    groups: Iterator[NDArray[Any]] = (np.flatnonzero(label == k) for k in range(count))
+    label = graph_components(len(x), *np.nonzero(share > _PART))
+    groups: Iterator[NDArray[Any]] = (np.flatnonzero(label == k) for k in np.unique(label))
     # standard errors of what is determined: the inverse without the flat directions
     inverse = weight[:, None] * rows[~flat].T * (deviation / strength[~flat])
     found = []

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.residuals.messages import error, name_problem
+from arael.residuals.plain_table import PlainTable
 from arael.runtime.layout import Column, Param
 
 Array = NDArray[Any]
@@ -162,10 +163,9 @@ class Parameters(Mapping[str, Any]):
         return f"<parameters {dict(self)}>"
 
 
-class ParameterTable:
+class ParameterTable(PlainTable):
     """Parameters in the form of the solver: a table with one row."""
 
-    size = 1
     structure_version = 0
     data_version = None
 
@@ -190,38 +190,9 @@ class ParameterTable:
         """Live values (1, *shape)."""
         return self._parameters._values[path]
 
-    def columns(self, paths: tuple[str, ...]) -> list[Array]:
-        """Live values of several columns."""
-        return [self._parameters._values[path] for path in paths]
-
-    def present(self, path: str) -> Array:
-        """All are present."""
-        return np.ones(1, dtype=bool)
-
-    def component_flags(self, path: str) -> Array | None:
-        """No component is held."""
-        return None
-
-    def fixed_components(self, path: str) -> Array | None:
-        """No component is fixed."""
-        return None
-
-    def bound(self, path: str, end: str) -> Array | None:
-        """Bounds are those of the column."""
-        return None
-
-    @property
-    def bounds_version(self) -> tuple[()]:
-        """Bounds never change."""
-        return ()
-
     def free(self, path: str) -> Array:
         """Whether the parameter is free (1,)."""
         return np.array([not self._parameters.is_fixed(path)])
-
-    def parent_rows(self) -> Array:
-        """Return the root's row."""
-        return np.zeros(1, dtype=np.int64)
 
     def target_rows(self, path: str) -> Array:
         """There are no refs."""

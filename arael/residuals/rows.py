@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from arael.face.ref import Refs
 from arael.residuals.expression import Expression
 from arael.residuals.messages import error
+from arael.residuals.plain_table import PlainTable
 
 Array = NDArray[Any]
 
 
-class RowsTable:
+class RowsTable(PlainTable):
     """A table without model data: one row per instance of the residual.
 
     Parameters
@@ -78,41 +79,12 @@ class RowsTable:
         """Return the values (size, *shape)."""
         return self._columns[path]
 
-    def columns(self, paths: tuple[str, ...]) -> list[Array]:
-        """Return the values of several columns."""
-        return [self._columns[path] for path in paths]
-
     def written(self) -> None:
         """There are no parameters to be written."""
-
-    def present(self, path: str) -> Array:
-        """All are present."""
-        return np.ones(self.size, dtype=bool)
-
-    def component_flags(self, path: str) -> Array | None:
-        """No component is held."""
-        return None
-
-    def fixed_components(self, path: str) -> Array | None:
-        """No component is fixed."""
-        return None
-
-    def bound(self, path: str, end: str) -> Array | None:
-        """Bounds are those of the column."""
-        return None
-
-    @property
-    def bounds_version(self) -> tuple[()]:
-        """Bounds never change."""
-        return ()
 
     def free(self, path: str) -> Array:
         """There are no parameters here."""
         raise KeyError(path)
-
-    def parent_rows(self) -> Array:
-        """Return the root's row."""
-        return np.zeros(self.size, dtype=np.int64)
 
     def target_rows(self, path: str) -> Array:
         """Row that each ref points to (size,), -1 where the row was removed."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from arael.runtime.assembly.components import graph_components
 from arael.runtime.compiled import Interruption
 from arael.runtime.orthogonal import RankQR
 from arael.sketch.layout.layout import Linearisation
@@ -229,12 +230,7 @@ class Rank:
 
     def _part_of(self, groups: Iterable[Ints]) -> Ints:
         """Number of the part of every column."""
-        # Imported here for start-up time.
-        from scipy.sparse import csr_array
-        from scipy.sparse.csgraph import connected_components
-
         system = self.system
-        n = len(system.x)
         starts: list[Ints] = []
         ends: list[Ints] = []
         for a, b in zip(system.indptr[:-1].tolist(), system.indptr[1:].tolist(), strict=True):
@@ -247,9 +243,7 @@ class Rank:
                 ends.append(columns)
         one = np.concatenate([*starts, np.zeros(0, dtype=np.int64)])
         other = np.concatenate([*ends, np.zeros(0, dtype=np.int64)])
-        graph = csr_array((np.ones(len(one)), (one, other)), shape=(n, n))
-        found: Ints = connected_components(graph, directed=False)[1].astype(np.int64)
-        return found
+        return graph_components(len(system.x), one, other)
 
 
 def _members(number: Ints) -> dict[int, Ints]:

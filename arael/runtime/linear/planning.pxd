@@ -1,3 +1,0 @@
-include "front_time.pxd"
-include "siblings.pxd"
-include "trees.pxd"
