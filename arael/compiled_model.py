@@ -53,7 +53,8 @@ class CompiledModel:
     meanwhile : the compilation that runs in the background, if there is one
     recipe : what it was loaded from; None if that was no text
     functions : what was given to `load` for native functions, by name
-    plain : constraints without loss, by the number of their group: derived when first asked for
+    plain : constraints without loss, by the number of their group, and the typed model: derived
+        when first asked for
     """
 
     layout: Layout
@@ -65,7 +66,7 @@ class CompiledModel:
     meanwhile: Meanwhile | None = None
     recipe: Recipe | None = None
     functions: Mapping[str, Any] = field(default_factory=dict)
-    plain: dict[int, Any] = field(default_factory=dict, repr=False, compare=False)
+    plain: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def current(self, level: int) -> CompiledModel:
         """Return the model with the kernels that were compiled meanwhile, if they are there.

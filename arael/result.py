@@ -179,7 +179,7 @@ class Result(Displayed):
     def sensitivity(
         self, of: str, to: str | Iterable[str] | None = None, exact: bool = False
     ) -> Sensitivity:
-        """Derivatives of a solved quantity by data, fixed parameters and active bounds.
+        """Derivatives of a solved quantity by data, constants, fixed parameters and active bounds.
 
         By the implicit function theorem, with one solve for each scalar of the quantity however
         much data there is. The model must have the values of this solve.
@@ -188,9 +188,9 @@ class Result(Displayed):
         ----------
         of : a scalar (``"cam.f"``, ``"poses[3].pos.x"``), a parameter or a row, whose scalars are
             taken together, or a formula over the model (``"norm(poses[3].pos)"``)
-        to : path of a column (``"views.uv"``, ``"board.square"``), of what contains columns, or
-            several paths; None: everything. A parameter stands for what is fixed or frozen of it,
-            ``"k.low"`` and ``"k.high"`` for a bound it is on
+        to : path of a column (``"views.uv"``, ``"board.square"``), of what contains columns, name
+            of a constant, or several of these; None: everything but constants. A parameter stands
+            for what is fixed or frozen of it, ``"k.low"`` and ``"k.high"`` for a bound it is on
         exact : False: with the Hessian of Gauss-Newton, which leaves out terms in which residuals
             multiply second derivatives; True: with all terms
 
@@ -199,7 +199,8 @@ class Result(Displayed):
         SolveError
             E1008: directions are free; they are named.
         AraelError
-            E1060: no such path, a model that was changed, or no strict minimum.
+            E1060: no such path, a model that was changed, no strict minimum, or a constant by which
+            no derivative is taken.
         """
         found: Sensitivity = self._solution().sensitivity(of, to, exact)
         return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -105,7 +106,10 @@ class Solution:
         # imported here: start-up time
         from arael.analysis.sensitivities import Sensitivities
 
-        return Sensitivities(self.system)
+        residuals = self.model.residuals
+        return Sensitivities(
+            self.system, residuals.constant_names, partial(residuals.varied, self.problem)
+        )
 
     def propagate(
         self, uncertain: Mapping[str, Any], of: str | Iterable[str] | None, exact: bool
@@ -151,7 +155,12 @@ class Solution:
     def quantity(self, text: str) -> Quantity:
         """A scalar, the scalars of a parameter or a row, or a formula over the model."""
         # imported here: start-up time
-        from arael.analysis.adjoint import by_tangent, in_system, value_products
+        from arael.analysis.adjoint import (
+            by_tangent,
+            constant_products,
+            in_system,
+            value_products,
+        )
         from arael.analysis.sensitivities import Quantity, named_quantity
 
         if not isinstance(text, str):
@@ -164,7 +173,16 @@ class Solution:
         direct = tuple(value_products(probed, number, row) for row in np.eye(count))
         by_parameters = [in_system(probed, by_tangent(probed, one.states)) for one in direct]
         names = (text,) if count == 1 else tuple(f"{text}[{k}]" for k in range(count))
-        return Quantity(text, names, np.array(by_parameters), direct)
+
+        def by_constant(name: str) -> Any:
+            varied = self.model.residuals.varied(probed, name)
+            if varied is None:
+                return np.zeros((count, 1))
+            v = np.zeros(probed.size)
+            rows = [constant_products(probed, varied, v, {number: row}) for row in np.eye(count)]
+            return np.array(rows)
+
+        return Quantity(text, names, np.array(by_parameters), direct, by_constant)
 
     def values(self, text: str) -> Any:
         """(m,) values of a formula over the model."""

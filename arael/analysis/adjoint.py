@@ -13,16 +13,16 @@ columns. At a minimum, derivatives of g by the tangent are those of a symmetric 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from math import prod
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.layout import Entity, Function, Group, Layout, Raw, columns_of
+from arael.runtime.layout import CONSTANT, Entity, Function, Group, Layout, Raw, columns_of
 from arael.runtime.machine.programs import columns_of as columns_of_tape
 from arael.runtime.machine.tape import Tape
 from arael.runtime.problem import Problem
@@ -34,6 +34,7 @@ Floats = NDArray[np.float64]
 Place = tuple[str, str]
 """Table and column."""
 
+_CONSTANT_PLACE: Place = ("", CONSTANT)
 _AT_ONCE = 8192
 """Instances evaluated at once: their columns stay in the second-level cache."""
 
@@ -119,6 +120,52 @@ def value_products(problem: Problem, number: int, weights: Floats) -> Derivative
     return found
 
 
+class Varied(Protocol):
+    """The groups that read a named constant, derived with it as raw inputs `CONSTANT`."""
+
+    @property
+    def groups(self) -> Mapping[int, Group]:
+        """By their numbers."""
+
+    @property
+    def values(self) -> Floats:
+        """(scalars,) of the constant."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the constant."""
+
+
+def constant_products(
+    problem: Problem, varied: Varied, v: Floats, of_values: Mapping[int, Floats] | None = None
+) -> Floats:
+    """(scalars,) derivatives by a constant, of ``v'g`` or of weighted sums of residuals.
+
+    Parameters
+    ----------
+    v : (size,) over the scalars of the system
+    of_values : weights (residuals,) of the residuals of groups; then of these, and `v` is not used
+    """
+    found = Derivatives({_CONSTANT_PLACE: np.zeros((1, len(varied.values)))}, [])
+    wide = np.concatenate([v, np.zeros(problem.structure.plan.trash)])
+    for number, group in varied.groups.items():
+        if not len(problem.structure.active[number]):
+            continue
+        kind = "gradient" if of_values is None else "value"
+        program = _program(problem.layout, group, kind, (_CONSTANT_PLACE,), False)
+        if of_values is None:
+            at = problem.structure.placements[number].gradient_at
+            weights = [wide[at[:, use] + tangent] for use, tangent in program.weights]
+        elif number in of_values:
+            count = len(problem.structure.active[number])
+            weights = [np.full(count, of_values[number][k]) for k, _ in program.weights]
+        else:
+            continue
+        _run(problem, number, program, weights, found, (group, varied.values))
+    (row,) = found.data[_CONSTANT_PLACE]
+    return np.asarray(row)
+
+
 def by_tangent(problem: Problem, states: Sequence[Floats]) -> list[Floats]:
     """Derivatives by steps of all rows, (rows, tangent) per entity, from those by states."""
     found = []
@@ -187,6 +234,8 @@ def _is_asked(group: Group, raw: Raw, places: frozenset[Place] | None) -> bool:
         return False
     if places is None:
         return True
+    if raw.column == CONSTANT:
+        return _CONSTANT_PLACE in places
     table = group.slots[raw.slot].table
     if "#" not in raw.column:
         return (table, raw.column) in places
@@ -311,9 +360,16 @@ def _run(
     program: _Program,
     weights: Sequence[Floats],
     found: Derivatives,
+    varied: tuple[Group, Floats] | None = None,
 ) -> None:
-    """Add the derivatives of one group, instance by instance, to the rows that it reads."""
-    group, structure = problem.layout.groups[number], problem.structure
+    """Add the derivatives of one group, instance by instance, to the rows that it reads.
+
+    Parameters
+    ----------
+    varied : the group with a constant as an input, and the values of this
+    """
+    structure = problem.structure
+    group = problem.layout.groups[number] if varied is None else varied[0]
     active, ways = structure.active[number], structure.slot_rows[number]
     at = structure.placements[number].rows
     acting = np.asarray(problem.evaluation.acting(number), dtype=np.float64)
@@ -329,7 +385,10 @@ def _run(
             np.asarray(problem.states[group.uses[u].entity][at[part, u], offset], dtype=np.float64)
             for u, offset in group.states
         ]
-        inputs += gather_all(problem.store, group.slots, rows, group.raw_columns)
+        if varied is None:
+            inputs += gather_all(problem.store, group.slots, rows, group.raw_columns)
+        else:
+            inputs += _with_constant(problem, *varied, rows)
         inputs += [weight[part] for weight in weights]
         inputs += [np.asarray(lane[part], dtype=np.float64) for lane in lanes]
         if group.moving_guard is not None:
@@ -338,7 +397,7 @@ def _run(
         for k, number_of_raw in enumerate(program.raws):
             raw = group.raw[number_of_raw]
             table = group.slots[raw.slot].table
-            if table == "":
+            if table == "" or raw.column == CONSTANT:
                 sums[k] += float(outputs[k].sum())
             else:
                 _add(
@@ -355,9 +414,21 @@ def _run(
             target[:, offset] += np.bincount(at[part, use], outputs[k], len(target))
     for k, number_of_raw in enumerate(program.raws):
         raw = group.raw[number_of_raw]
-        if group.slots[raw.slot].table == "":
+        if group.slots[raw.slot].table == "" or raw.column == CONSTANT:
             place = "", raw.column
             _add(problem, found.data, place, raw.component, np.zeros(1, int), np.array([sums[k]]))
+
+
+def _with_constant(
+    problem: Problem, group: Group, values: Floats, rows: list[NDArray[Any]]
+) -> list[Any]:
+    """All raw inputs of a group with a constant as an input."""
+    others = [raw for raw in group.raw if raw.column != CONSTANT]
+    read = iter(gather_all(problem.store, group.slots, rows, columns_of(others)))
+    return [
+        np.asarray(values[raw.component]) if raw.column == CONSTANT else next(read)
+        for raw in group.raw
+    ]
 
 
 def _add(

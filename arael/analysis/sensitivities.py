@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from arael.analysis.adjoint import (
     Derivatives,
     Place,
+    Varied,
     by_tangent,
     code_products,
+    constant_products,
     gradient_products,
 )
 from arael.analysis.implicit import ImplicitSystem
@@ -42,12 +44,14 @@ class Quantity:
     names : (k,) of the scalars
     by_parameters : (k, size) over the scalars of the system
     direct : per scalar, derivatives by data and states that its formula reads; None: of a name
+    by_constant : the same by a constant, (k, scalars)
     """
 
     text: str
     names: tuple[str, ...]
     by_parameters: Floats
     direct: tuple[Derivatives, ...] | None = None
+    by_constant: Callable[[str], Floats] | None = None
 
     @property
     def single(self) -> bool:
@@ -79,17 +83,28 @@ def joined(quantities: Sequence[Quantity]) -> Quantity:
         tuple(name for one in quantities for name in one.names),
         np.concatenate([one.by_parameters for one in quantities]),
         tuple(direct) if any(one.direct for one in quantities) else None,
+        partial(_joined_by_constant, quantities),
     )
+
+
+def _joined_by_constant(quantities: Sequence[Quantity], name: str) -> Floats:
+    """(k, scalars) direct derivatives of several quantities by a constant; or (k, 1) zeros."""
+    parts = [
+        np.zeros((len(one.names), 1)) if one.by_constant is None else one.by_constant(name)
+        for one in quantities
+    ]
+    scalars = max(part.shape[1] for part in parts)
+    return np.concatenate([np.broadcast_to(part, (len(part), scalars)) for part in parts])
 
 
 class Sensitivity(Displayed, Mapping[str, Floats]):
     """Derivatives of a solved quantity, by the path of what it is differentiated by.
 
-    ``found["views.uv"]`` has the shape of the column, (rows, ...); of the root's data that of one
-    value. A quantity of several scalars has an axis of them in front. Data that no residual reads
-    has zeros. ``found["cam.f"]`` of a parameter is the derivative by what is fixed or frozen of it,
-    (rows, tangent), with zeros for what is solved for; ``found["cam.f.low"]`` that by an active
-    bound.
+    ``found["views.uv"]`` has the shape of the column, (rows, ...); of the root's data and of a
+    constant that of one value. A quantity of several scalars has an axis of them in front. Data
+    that no residual reads has zeros. ``found["cam.f"]`` of a parameter is the derivative by what is
+    fixed or frozen of it, (rows, tangent), with zeros for what is solved for;
+    ``found["cam.f.low"]`` that by an active bound.
 
     Attributes
     ----------
@@ -196,10 +211,18 @@ class Sensitivities:
     Parameters
     ----------
     system : of the solution
+    constants : names of the constants of the model
+    varied : the groups that read one of these; None if none does
     """
 
-    def __init__(self, system: ImplicitSystem) -> None:
+    def __init__(
+        self,
+        system: ImplicitSystem,
+        constants: Sequence[str] = (),
+        varied: Callable[[str], Varied | None] = lambda name: None,
+    ) -> None:
         self.system, self.problem = system, system.problem
+        self._constants, self._varied = constants, varied
 
     def of(self, quantity: Quantity, to: Sequence[str] | None, exact: bool) -> Sensitivity:
         """Derivatives of a quantity.
@@ -218,8 +241,8 @@ class Sensitivities:
             self._by_everything(quantity, k, chosen, exact) for k in range(len(quantity.names))
         ]
         columns = {
-            path: self._column(path, [one[path] for one in found], quantity.single)
-            for path in chosen
+            path: self._column(target, [one[path] for one in found], quantity.single)
+            for path, target in chosen.items()
         }
         hessian = "exact" if exact else "Gauss-Newton"
         return Sensitivity(quantity.text, quantity.names, hessian, columns)
@@ -231,7 +254,7 @@ class Sensitivities:
         right = quantity.by_parameters[k]
         v = self.system.adjoint(right, exact)
         places = [one.place for one in chosen.values() if one.place is not None]
-        held = any(one.place is None for one in chosen.values())
+        held = any(one.place is None and one.varied is None for one in chosen.values())
         implicit = gradient_products(problem, v, columns=places, states=held)
         direct = quantity.direct[k] if quantity.direct is not None else Derivatives()
         steps: list[Floats] = []
@@ -243,7 +266,12 @@ class Sensitivities:
                 steps = [a + b for a, b in zip(steps, own, strict=True)]
         found = {}
         for path, target in chosen.items():
-            if target.place is not None:
+            if target.varied is not None:
+                value = -constant_products(problem, target.varied, v).reshape(target.shape)
+                if quantity.by_constant is not None:
+                    own = quantity.by_constant(path)[k]
+                    value += np.broadcast_to(own, value.size).reshape(target.shape)
+            elif target.place is not None:
                 value = np.zeros(target.shape)
                 for sign, part in ((-1.0, implicit.data), (1.0, direct.data)):
                     if target.place in part:
@@ -271,8 +299,7 @@ class Sensitivities:
             rows = np.flatnonzero(blocks.first >= 0)
             one[rows] -= own[blocks.first[rows, None] + np.arange(one.shape[1])]
 
-    def _column(self, path: str, parts: list[Floats], single: bool) -> _Column:
-        target = self._targets[path]
+    def _column(self, target: _Target, parts: list[Floats], single: bool) -> _Column:
         values = parts[0] if single else np.stack(parts)
         tail = target.shape[1:]
         if not target.table:  # the one row of the root
@@ -372,13 +399,22 @@ class Sensitivities:
             }
             if path in within:
                 within = {path: within[path]}
+            if not within and path in self._constants:
+                within = {path: self._constant(path)}
             if not within:
                 raise self._unknown(path)
             found |= within
         return found
 
+    def _constant(self, name: str) -> _Target:
+        """The target of a constant that a residual of the problem reads."""
+        varied = self._varied(name)
+        if varied is None:
+            raise self._unknown(name)
+        return _Target("", name, (1, *varied.shape), None, varied=varied)
+
     def _unknown(self, path: str) -> AraelError:
-        near = closest(path, list(self._targets))
+        near = closest(path, [*self._targets, *self._constants])
         solved = any(path == known for _, known, _, _ in self._parameters())
         tables = {
             f"{one.collection}.{column}"
@@ -407,7 +443,7 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class _Target:
-    """A column to differentiate by: data at a place, or held scalars of an entity's parameter."""
+    """What to differentiate by: data at a place, held scalars of a parameter, or a constant."""
 
     table: str
     label: str
@@ -416,6 +452,7 @@ class _Target:
     entity: int = -1
     first: int = 0
     mask: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((0, 0), dtype=bool))
+    varied: Varied | None = None
 
     @property
     def tangents(self) -> slice:

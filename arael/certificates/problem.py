@@ -15,12 +15,10 @@ from arael.certificates.quadratic import Frames, Residual, frames_of, matrix_of,
 from arael.certificates.reading import Reader
 from arael.certificates.rigid import Unreadable
 from arael.certificates.values import put_positions, put_rotations
-from arael.compiler import compiler
-from arael.compiler.imports import Imports
+from arael.compiler.reread import typed_model
 from arael.compiler.scalar_programs import Functions
-from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.problem import Problem
-from arael.syntax.files import read_source
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -134,7 +132,7 @@ def chordal_problem(compiled: Any, problem: Problem) -> ChordalProblem:
     AraelError
         E1061: a constraint is not quadratic in rotations and positions, nor has a chordal twin.
     """
-    typed = _typed(compiled)
+    typed = typed_model(compiled)
     functions = Functions(typed.functions)
     residuals: list[Residual] = []
     exact, count = True, 0
@@ -183,17 +181,6 @@ def _ways(problem: Problem, number: int) -> Any:
     """Table and rows of a slot of a group, for all its instances."""
     group, ways = problem.layout.groups[number], problem.structure.slot_rows[number]
     return lambda slot: (group.slots[slot].table, ways[slot])
-
-
-def _typed(compiled: Any) -> Any:
-    """The typed model, which is kept."""
-    known = compiled.plain.get("typed")
-    if known is None:
-        recipe, layout = compiled.recipe, compiled.layout
-        source = Source(recipe.name, recipe.text) if recipe else read_source(layout.source)
-        tree = compiler.syntax(source)
-        known = compiled.plain["typed"] = compiler.types(tree, Findings(), layout.root, Imports())
-    return known
 
 
 def _none(problem: Problem, label: str, why: str) -> AraelError:

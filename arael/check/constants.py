@@ -16,9 +16,9 @@ from arael.check.declared import Declarations
 from arael.check.expressions import HANDLERS
 from arael.check.report import Reporter
 from arael.check.scope import ConstantScope
-from arael.check.typed import INT, REAL, Literal_, Pack, Typed, ValueType
+from arael.check.typed import INT, REAL, Literal_, Named, Pack, Typed, ValueType
 from arael.check.typist import Slots, Typist
-from arael.check.units_quantities import NUMBER, UNKNOWN, Quantity, spread
+from arael.check.units_quantities import NUMBER, Quantity, spread
 from arael.diagnostics.records import Span
 from arael.syntax import tree
 
@@ -52,7 +52,7 @@ class Constants:
             if name in self.open or len(self.open) > 100:
                 return self._circle(name, use)
             self.open.append(name)
-            self.done[name] = self._work_out(self.declarations.consts[name].value)
+            self.done[name] = self._work_out(name, self.declarations.consts[name].value)
             self.open.pop()
         value = self.done[name]
         return replace(value, span=use) if isinstance(value, Literal_) else value
@@ -73,16 +73,22 @@ class Constants:
             )
             return None
 
-    def _work_out(self, node: tree.Expr) -> Typed | Broken:
+    def _work_out(self, name: str, node: tree.Expr) -> Typed | Broken:
         typed, unit = self._typed(node)
         if isinstance(typed, Broken):
             return typed
         if typed.type not in (REAL, INT):
-            return typed if unit in (NUMBER, UNKNOWN) else _with_units(typed, unit)
+            return _as_numbers(name, typed, unit)
         value = self.evaluate(node)
         if value is None:
             return BROKEN
-        return Literal_(type=typed.type, span=node.span, value=value.values[0], unit=unit)
+        return Literal_(
+            type=typed.type,
+            span=node.span,
+            value=value.values[0],
+            unit=unit,
+            constant=Named(name, 0, False, typed),
+        )
 
     def _typed(self, node: tree.Expr) -> tuple[Typed | Broken, Quantity]:
         scope = ConstantScope(self.declarations, self.named)
@@ -102,14 +108,20 @@ class Constants:
         return BROKEN
 
 
-def _with_units(typed: Typed, unit: Quantity) -> Typed:
+def _as_numbers(name: str, typed: Typed, unit: Quantity) -> Typed:
     """A vector or matrix as its numbers, which have their units wherever it is read."""
     try:
         values = evaluate(typed)
     except NotConstant:
         return typed
     items = tuple(
-        Literal_(type=REAL, span=typed.span, value=value, unit=part_unit)
-        for value, part_unit in zip(values, spread(unit, len(values)), strict=True)
+        Literal_(
+            type=REAL,
+            span=typed.span,
+            value=value,
+            unit=part_unit,
+            constant=Named(name, k, False, typed),
+        )
+        for k, (value, part_unit) in enumerate(zip(values, spread(unit, len(values)), strict=True))
     )
     return Pack(type=typed.type, span=typed.span, items=items)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from arael.check.access import attribute, index, name
@@ -72,9 +73,10 @@ def _unary(t: Typist, node: tree.Unary) -> Binding:
     if isinstance(value, Broken) or node.op == "+":
         return value
     if isinstance(value, Literal_):
-        return t.make(
-            Literal_(type=value.type, span=node.span, value=-value.value, unit=value.unit)
-        )
+        constant = value.constant
+        if constant is not None:
+            constant = replace(constant, negative=not constant.negative)
+        return t.make(replace(value, span=node.span, value=-value.value, constant=constant))
     if isinstance(value.type, TransformType):
         return t.fail(
             "E0301",

@@ -90,12 +90,31 @@ class Typed:
     span: Span = field(repr=False)
 
 
+@dataclass(frozen=True, eq=False)
+class Named:
+    """The constant that a number comes from.
+
+    Attributes
+    ----------
+    name : of the constant
+    component : of a vector or a matrix, flat
+    negative : whether the number is minus its value
+    formula : of the constant, which may read other constants
+    """
+
+    name: str
+    component: int
+    negative: bool
+    formula: Typed
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Literal_(Typed):
     """A number; a bool is 0 or 1. The value of a constant has the unit of its formula."""
 
     value: float
     unit: Quantity = NUMBER
+    constant: Named | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from arael.check.typed import (
     Apply,
@@ -31,6 +32,24 @@ def operands(node: Typed) -> tuple[Typed, ...]:
     if isinstance(node, Select):
         return (node.cond, node.then, node.otherwise)
     return ()
+
+
+def with_operands(node: Typed, given: Sequence[Typed]) -> Typed:
+    """The same operation on other operands, which are as many as `operands` has."""
+    if tuple(given) == operands(node):
+        return node
+    if isinstance(node, Apply):
+        return replace(node, args=tuple(given))
+    if isinstance(node, Invoke):
+        count = len(node.args)
+        value = None if node.value is None else given[count]
+        return replace(node, args=tuple(given[:count]), value=value)
+    if isinstance(node, Component | Formula | LookUp | Total):
+        return replace(node, of=given[0])
+    if isinstance(node, Pack):
+        return replace(node, items=tuple(given))
+    assert isinstance(node, Select)
+    return replace(node, cond=given[0], then=given[1], otherwise=given[2])
 
 
 def postorder(results: Iterable[Typed]) -> list[Typed]:

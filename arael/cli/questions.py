@@ -30,7 +30,7 @@ def question_options(function: F) -> F:
             "--uncertain",
             multiple=True,
             metavar="PATH=SIGMA",
-            help="Standard errors with this error of data, a fixed parameter or a bound too.",
+            help="Standard errors with this error of data, a constant or a fixed parameter too.",
         ),
         click.option(
             "--sensitivity",

@@ -42,6 +42,7 @@ class AugmentedModel:
 
     Attributes
     ----------
+    derived : the residuals
     layout : the model's layout with the tables, entities and groups of the residuals appended
     tables : path -> table
     programs : per group, the program of the expression machine, or a separate kernel; None for
@@ -63,7 +64,7 @@ class AugmentedModel:
     ) -> None:
         self._store = store
         self.bindings = bindings
-        self._derived = derived
+        self.derived = derived
         self._codes = codes
         self._checked = -1
         self._optional = [
@@ -124,7 +125,7 @@ class AugmentedModel:
             E0765 a removed row, or an absent optional.
         """
         if self._checked != self._store.structure_version:
-            for residual in self._derived:
+            for residual in self.derived:
                 self._check_rows(residual)
             for code in self._codes:
                 self._check_code(code)

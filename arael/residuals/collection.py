@@ -15,6 +15,7 @@ from arael.residuals.code import CodeResidual, CodeUpdate
 from arael.residuals.code_arguments import PlacedArgument
 from arael.residuals.code_group import CodeGroup, group_of, placed_of
 from arael.residuals.compilation import compile_all
+from arael.residuals.constants import VariedGroups, varied_groups
 from arael.residuals.copying import State, restore, state_of
 from arael.residuals.derivation import Derived, derive
 from arael.residuals.expression import (
@@ -378,6 +379,21 @@ class Residuals(ResidualNames, Mapping[str, RuntimeResidual]):
         derived = self._derive(RuntimeResidual(text, "value"), constant_too=True)
         posed = self._pose([derived])
         return self._problem_of(posed, frozen), len(posed.layout.groups) - 1
+
+    @property
+    def constant_names(self) -> list[str]:
+        """Names of the constants of the model, and of those declared by `functions`."""
+        return list(self._functions.declared.declarations.consts)
+
+    def varied(self, problem: Problem, name: str) -> VariedGroups | None:
+        """The groups of a problem of the model that read a constant, with it as an input.
+
+        Raises
+        ------
+        AraelError
+            As `varied_groups`.
+        """
+        return varied_groups(self._model._compiled, self._functions.declared, problem, name)
 
     def unweighted(self, label: str) -> tuple[Array, Array]:
         """Residuals (rows, m) of one without its loss: without factors of data alone, and with.

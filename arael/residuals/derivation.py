@@ -41,6 +41,7 @@ class Derived:
     kernel : its group, with entities numbered as in `entities`
     entities : (table, prefix) of each entity that it reads
     states : these entities
+    site, models : what `kernel` is derived from
     program : program of the expression machine
     rows : data and refs, a row for each instance
     table : the layout of these rows
@@ -55,6 +56,8 @@ class Derived:
     program: Program
     rows: RowsTable
     table: Table
+    site: ConstraintSite
+    models: tuple[StateModel, ...]
     compiled: GroupKernel | None = None
 
 
@@ -173,6 +176,8 @@ def derive(
         Program(kernel.group, [s.entity for s in states], single, natives),
         RowsTable(residual.label, formula_reads.data, formula_reads.refs),
         table,
+        site,
+        tuple(states),
     )
 
 

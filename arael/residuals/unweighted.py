@@ -17,15 +17,13 @@ from numpy.typing import NDArray
 from arael.check.typed import Apply, Formula, Pack, Read, Typed
 from arael.check.walk import postorder
 from arael.compiled_model import CompiledModel
-from arael.compiler import compiler
 from arael.compiler.entities import model_state
 from arael.compiler.groups import compile_constraint
-from arael.compiler.imports import Imports
+from arael.compiler.reread import typed_model
 from arael.compiler.scalar_programs import Functions
-from arael.diagnostics.records import AraelError, Diagnostic, Findings, Source
+from arael.diagnostics.records import AraelError, Diagnostic
 from arael.runtime.layout import Group, Layout
 from arael.runtime.problem import Problem
-from arael.syntax.files import read_source
 
 Floats = NDArray[np.float64]
 
@@ -68,12 +66,10 @@ def _of_model(model: Any, number: int) -> tuple[Floats, Floats]:
 
 def _plain(compiled: CompiledModel, number: int) -> tuple[Group, Group]:
     """A constraint of the model's file without loss: as measured, and whitened."""
-    layout, recipe = compiled.layout, compiled.recipe
+    layout = compiled.layout
     group = layout.groups[number]
     try:
-        source = Source(recipe.name, recipe.text) if recipe else read_source(layout.source)
-        tree = compiler.syntax(source)
-        typed = compiler.types(tree, Findings(), layout.root, Imports())
+        typed = typed_model(compiled)
     except AraelError:
         raise _changed(layout.source) from None
     functions = Functions(typed.functions)

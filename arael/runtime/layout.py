@@ -301,6 +301,10 @@ class Use(msgspec.Struct, frozen=True):
     entity: int
 
 
+CONSTANT = "="
+"""Column of raw inputs that are a named constant: in groups derived for derivatives by it."""
+
+
 class Raw(msgspec.Struct, frozen=True):
     """One scalar of a column reached through a slot: data, or the stored value of a parameter.
 
