@@ -109,7 +109,7 @@ test("what is typed stays one word of a command", () => {
   assert.equal(argument("width"), "width");
   assert.equal(argument("y 5; add_point 7,7 #"), '"y 5; add_point 7,7 #"');
   assert.equal(argument('a" ; clear'), '"a"" ; clear"');
-  assert.deepEqual([amount("12.5"), amount("width / 2"), amount("=w*2")], ["12.5", '"width / 2"', '"=w*2"']);
+  assert.deepEqual([amount("12.5"), amount("width / 2"), amount("=w*2")], ["12.5", '"width / 2"', '"w*2"']);
   assert.deepEqual([amount(">= 5 mm"), amount("5 to w + 1")], ['>= "5 mm"', '5 to "w + 1"']);
 });
 

@@ -11,11 +11,17 @@ from arael.sketch.expressions.properties import property_names
 
 
 def completions(session: Session) -> list[str]:
-    """Commands, their keywords, names of the sketch, variables, functions; sorted."""
-    document = session.document
-    found = {*table.words(), *table.GROUPS, *list_words(), *GEOMETRY, *scalar_functions()}
+    """Commands, their keywords, and what a value may be made of; sorted."""
+    found = {*table.words(), *table.GROUPS, *list_words(), *value_words(session)}
     for command in table.commands().values():
         found.update(command.keywords)
+    return sorted(found)
+
+
+def value_words(session: Session) -> list[str]:
+    """Names of the sketch, variables, functions; sorted."""
+    document = session.document
+    found = {*GEOMETRY, *scalar_functions()}
     for entity in document.entities.values():
         found.add(entity.name)
         parts = [*point_offsets(entity), *property_names(entity)]

@@ -26,6 +26,10 @@ import { Wire } from "./wire.js";
  * @property {import("./failure.js").Reference} [reference]  what may be made instead where it is one too many
  * @property {() => void} [cancel]
  * @property {(text: string) => void} [change]  it is a text, not a value: called with what stands there
+ * @property {boolean} [begun]  the text was begun before: the caret stands at its end
+ * @property {(text: string, number: number) => void} [write]  called with what stands there, and its value if it has
+ *     one; it is kept if the drawing is clicked, and must have a value when it is entered
+ * @property {(step: -1|1) => void} [next]  Tab goes on to the next value
  * @property {string} [name]  of the dimension whose value it is: Tab goes on to the next one
  */
 

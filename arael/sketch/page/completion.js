@@ -27,8 +27,8 @@ export class Completion {
   /**
    * @param {import("./app.js").App} app
    * @param {HTMLInputElement} input
-   * @param {(text: string, caret: number) => {text: string, at: number, shift: number}} line  the command line
-   *     that the server completes, the caret in it, and where the field's text begins in it
+   * @param {(text: string, caret: number) => {text: string, at: number, shift: number, value?: boolean}} line  the
+   *     command line (or the value) that the server completes, the caret in it, and where the field's text begins in it
    */
   constructor(app, input, line) {
     this.app = app;
@@ -87,12 +87,12 @@ export class Completion {
   async _ask() {
     const caret = this.input.selectionStart ?? this.input.value.length;
     const asked = this.input.value;
-    const { text, at, shift } = this.line(asked, caret);
+    const { text, at, shift, value } = this.line(asked, caret);
     if (!/[\w.]$/.test(text.slice(0, at))) {
       this.close();
       return;
     }
-    const reply = await this.app.wire.ask("complete", { text, at });
+    const reply = await this.app.wire.ask("complete", { text, at, value });
     if (this.input.value !== asked || this.input.ownerDocument.activeElement !== this.input) return;
     const data = /** @type {{from: number, to: number, words: string[]}|undefined} */ (reply.data);
     this.words = reply.ok && data ? data.words.slice(0, 12) : [];

@@ -19,7 +19,7 @@ export const POINTER = [
   { key: "Wheel", title: "Zoom at the pointer; pinch on a touch screen" },
   { key: "Double click", title: "Select a chain; edit a dimension" },
   { key: "Right click", title: "Finish what is drawn" },
-  { key: "Ctrl, or B", title: "No automatic constraints while it is held" },
+  { key: "Ctrl, or B", title: "No automatic constraints while it is held; B where no value can be typed" },
 ];
 
 /**
@@ -34,7 +34,7 @@ export function isFound(one, word) {
 export const DRAWING = [
   { key: "Arrow keys", title: "Move the drawing cursor by a grid step (Shift: 50 pixels, Alt: 1 pixel)" },
   { key: "Enter", title: "Click at the cursor; enter a typed value" },
-  { key: "0-9", title: "Type a length or an angle while drawing" },
+  { key: "0-9, A-Z", title: "Type a length or an angle while drawing: a number, or an expression whose names complete" },
   { key: "Tab", title: "Next value while drawing; next of several things below the cursor" },
   { key: "Escape", title: "Drop what was begun, then the tool, then the selection" },
 ];

@@ -52,12 +52,14 @@ export class Pointer {
 
   /** Control or B leaves automatic constraints off while it is held. @param {KeyboardEvent} event */
   _held(event) {
+    const { current } = this.app.tools;
     if (event.target instanceof HTMLInputElement) return;
+    // a letter begins a value where one can be typed
+    if (event.key.toLowerCase() === "b" && current.begun && current.fields().length) return;
     if (event.key !== "Control" && event.key.toLowerCase() !== "b") return;
     const bare = event.type === "keydown";
     if (bare === this.bare) return;
     this.bare = bare;
-    const { current } = this.app.tools;
     if (current.place) current.move(this._placeAt(current.place.screen, bare));
   }
 

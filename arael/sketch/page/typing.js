@@ -4,7 +4,7 @@ import { Completion } from "./completion.js";
 import { fill, h, later } from "./dom.js";
 import { quantityOf } from "./draw/texts.js";
 import { failure } from "./failure.js";
-import { amount, quoted } from "./tools/compose.js";
+import { amount, linked, quoted } from "./tools/compose.js";
 
 /**
  * @typedef {import("./app.js").App} App
@@ -30,9 +30,7 @@ export class Typing {
     this.problem = h("div", { class: "typing-problem", role: "alert" });
     this.completion = new Completion(app, this.input, (text, at) => {
       if (this.request?.change) return { text: "", at: 0, shift: 0 };
-      // an expression is completed as that of a command
-      const before = "print ";
-      return { text: before + text, at: before.length + at, shift: before.length };
+      return { text, at, shift: 0, value: true };
     });
     this.element = h(
       "form",
@@ -47,12 +45,13 @@ export class Typing {
     this.input.addEventListener("input", () => {
       fill(this.problem);
       this.request?.change?.(this.input.value);
+      this.request?.write?.(this.input.value, NaN);
       evaluate();
     });
     this.input.addEventListener("change-text", evaluate);
     this.input.addEventListener("keydown", (event) => this._key(event));
     this.element.addEventListener("focusout", (event) => this._left(event));
-    app.view.addEventListener("change", () => this.close());
+    app.view.addEventListener("change", () => this.close(true));
   }
 
   /** Ask for a value. @param {TypingRequest} request */
@@ -65,19 +64,23 @@ export class Typing {
     this.element.hidden = false;
     this._place(request.at);
     this.input.focus();
-    this.input.select();
+    if (request.begun) {
+      const end = request.text.length;
+      this.input.setSelectionRange(end, end);
+      this.input.dispatchEvent(new Event("input"));
+    } else this.input.select();
     this._evaluate();
   }
 
-  /** End without a value. */
-  close() {
+  /** End without a value, or with the one that is written already. @param {boolean} [keep] */
+  close(keep = false) {
     const { request } = this;
     if (!request) return;
     this.request = null;
     this.completion.close();
     const focused = this.element.contains(this.element.ownerDocument.activeElement);
     this.element.hidden = true;
-    request.cancel?.();
+    if (!keep || !request.write) request.cancel?.();
     if (focused) this.app.canvas.focus();
   }
 
@@ -133,10 +136,18 @@ export class Typing {
   _key(event) {
     if (this.completion.key(event)) return;
     if (event.key === "Escape") this.close();
+    else if (event.key === "Tab" && this.request?.next) this._goOn(event.shiftKey ? -1 : 1);
     else if (event.key === "Tab" && this.request?.name) this._enter(event, event.shiftKey ? -1 : 1);
     else return;
     event.preventDefault();
     event.stopPropagation();
+  }
+
+  /** @param {-1|1} step */
+  _goOn(step) {
+    const { request } = this;
+    this.close(true);
+    request?.next?.(step);
   }
 
   /**
@@ -150,7 +161,7 @@ export class Typing {
     if (!request) return;
     const changed = text !== request.text || !request.name;
     const meant = this._meant(text, request);
-    const reply = changed ? await request.commit(meant) : { ok: true, text: "" };
+    const reply = changed ? await this._commit(request, meant) : { ok: true, text: "" };
     if (this.request !== request) return;
     if (!reply.ok) {
       this._refused(reply, meant);
@@ -162,6 +173,17 @@ export class Typing {
     this.app.dispatchEvent(new CustomEvent("ran", { detail: { text, reply } }));
     if (next) this.edit(next);
     else this.app.canvas.focus();
+  }
+
+  /** @param {TypingRequest} request @param {string} meant @returns {Promise<Reply>} */
+  async _commit(request, meant) {
+    const { write } = request;
+    if (write && !isBound(meant)) {
+      const value = await this.app.wire.ask("evaluate", { text: linked(meant) });
+      if (!value.ok) return value;
+      write(this.input.value, numberOf(value));
+    }
+    return request.commit(meant);
   }
 
   /** @param {Reply} reply @param {string} text */
@@ -186,10 +208,11 @@ export class Typing {
   async _evaluate() {
     const text = this.input.value.trim();
     const { request } = this;
-    const plain = request?.change || text === "" || Number.isFinite(Number(text)) || />=|<=|\bto\b/.test(text);
+    const plain = request?.change || text === "" || Number.isFinite(Number(text)) || isBound(text);
     const meant = request ? this._meant(text, request) : text;
-    const reply = plain ? null : await this.app.wire.ask("evaluate", { text: meant.replace(/^=/, "") });
+    const reply = plain ? null : await this.app.wire.ask("evaluate", { text: linked(meant) });
     if (this.request !== request || this.input.value.trim() !== text) return;
+    if (reply?.ok) request?.write?.(this.input.value, numberOf(reply));
     this.value.textContent = reply?.ok ? `= ${this._told(reply, request?.quantity)}` : "";
   }
 
@@ -201,8 +224,8 @@ export class Typing {
 
   /** A value that was asked for, as lengths are shown. @param {Reply} reply @param {import("./lengths.js").Quantity} [quantity] */
   _told(reply, quantity) {
-    const number = /** @type {{value?: unknown}|undefined} */ (reply.data)?.value;
-    return quantity && typeof number === "number" ? this.app.store.lengths.text(number, quantity) : reply.text;
+    const number = numberOf(reply);
+    return quantity && Number.isFinite(number) ? this.app.store.lengths.text(number, quantity) : reply.text;
   }
 
   /**
@@ -254,6 +277,15 @@ export class Typing {
   /** @param {FocusEvent} event */
   _left(event) {
     const to = /** @type {Node|null} */ (event.relatedTarget);
-    if (to && !this.element.contains(to)) this.close();
+    if (to && !this.element.contains(to)) this.close(true);
   }
+}
+
+/** Whether a value is a bound or a range. @param {string} text */
+const isBound = (text) => />=|<=|\bto\b/.test(text);
+
+/** Value of an answer, NaN if it has none. @param {Reply} reply */
+function numberOf(reply) {
+  const number = /** @type {{value?: unknown}|undefined} */ (reply.data)?.value;
+  return typeof number === "number" ? number : NaN;
 }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from arael.diagnostics.records import AraelError, Diagnostic, Source, Span
 from arael.sketch.commands import table
-from arael.sketch.commands.completion import completions
+from arael.sketch.commands.completion import completions, value_words
 from arael.sketch.commands.describing import record_line
 from arael.sketch.commands.numbers import shown
 from arael.sketch.commands.session import described
@@ -101,7 +101,7 @@ def _conflicts(shared: SharedSketch, window: Window, message: Message) -> Messag
 
 
 def _complete(shared: SharedSketch, window: Window, message: Message) -> Message:
-    """Words that may stand at a place of a command line."""
+    """Words that may stand at a place of a command line, or of a `value`."""
     text = str(message.get("text") or "")[:10_000]
     given = message.get("at")
     at = given if isinstance(given, int) and 0 <= given <= len(text) else len(text)
@@ -109,10 +109,14 @@ def _complete(shared: SharedSketch, window: Window, message: Message) -> Message
     part = _WORD.search(before)
     word = part[0] if part else ""
     command = before[before.rfind(";") + 1 :].lstrip()
-    first = command == word
-    words = table.words() if first else completions(shared.session)
+    value = message.get("value") is True
+    first = not value and command == word
+    if value:
+        words = value_words(shared.session)
+    else:
+        words = table.words() if first else completions(shared.session)
     found = [one for one in words if one.startswith(word) and one != word]
-    if not first:
+    if not first and not value:
         known = table.find(command.split(None, 1)[0])
         own = frozenset(known.keywords if known is not None else ())
         found.sort(key=lambda one: (one not in own, one))

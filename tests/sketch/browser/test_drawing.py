@@ -102,7 +102,7 @@ def test_control_leaves_automatic_constraints_off(page: Any) -> None:
     assert names(page, "constraints") == []
 
 
-@exercises("tool:line", "pointer:0-9", "pointer:Tab")
+@exercises("tool:line", "pointer:0-9, A-Z", "pointer:Tab")
 def test_typed_length_and_angle_become_dimensions(page: Any) -> None:
     start(page, "line")
     click(page, 0, 0)

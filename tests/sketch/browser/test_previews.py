@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from tests.sketch.browser.panels import connected, press, run, wait
+from tests.sketch.browser.exercised import exercises
+from tests.sketch.browser.panels import connected, length, press, run, wait
 from tests.sketch.browser.test_drawing import at, click, start
 
 
@@ -84,3 +85,56 @@ def test_what_is_measured_has_labels_and_an_overlap_is_called_so(page: Any) -> N
     (label,) = preview(page)["labels"]
     assert label["text"] == "center distance: 10\noverlap: 4"
     press(page, "Escape")
+
+
+def test_a_letter_begins_an_expression_while_drawing_and_names_complete(page: Any) -> None:
+    run(page, "param width 30", "param tilt 20 deg")
+    start(page, "line")
+    click(page, -10, 0)
+    page.mouse.move(*at(page, 5, 3))
+    press(page, "w", "i")
+    assert page.input_value("#typed") == "wi"
+    assert page.evaluate("app.tools.id") == "line"
+    page.locator(".typing .words").get_by_text("width", exact=True).wait_for()
+    assert page.locator(".typing .words li").count() == 1, "no commands"
+    press(page, "Tab")
+    assert page.input_value("#typed") == "width"
+    press(page, "/", "2")
+    # the preview has the value
+    wait(page, "document.querySelector('.typing-value').textContent === '= 15'")
+    curve = preview(page)["curves"][0]
+    assert math.hypot(curve["x2"] - curve["x1"], curve["y2"] - curve["y1"]) == pytest.approx(15)
+    press(page, "Tab", "=", "t", "i", "l", "t", "Enter")
+    wait(page, "app.store.dimensions.size === 2")
+    values = page.evaluate("[...app.store.dimensions.values()].map((d) => [d.kind, d.value.text])")
+    assert values == [["length", "width/2"], ["xangle", "tilt"]]
+    run(page, "param width 40")
+    wait(page, "app.store.dimensions.get('d0').value.number === 20")
+    assert length(page, "L0") == pytest.approx(20)
+
+
+def test_a_wrong_expression_stays_in_place_and_a_click_takes_a_right_one(page: Any) -> None:
+    run(page, "param width 30")
+    start(page, "circle")
+    click(page, 0, 0)
+    page.mouse.move(*at(page, 5, 3))
+    press(page, "n", "o", "Enter")
+    page.locator(".typing-problem").get_by_text("no").first.wait_for()
+    assert page.evaluate("app.store.entities.size") == 0
+    page.locator("#typed").fill("width / 3")
+    wait(page, "document.querySelector('.typing-value').textContent === '= 10'")
+    click(page, 12, 3)
+    wait(page, "app.store.dimensions.get('d0')?.value.text === 'width / 3'")
+    assert page.evaluate("app.store.numbers('A0')[2]") == pytest.approx(10)
+
+
+@exercises("action:snapshot", "key:Alt+Shift+V")
+def test_equals_links_and_a_snapshot_has_an_action(page: Any) -> None:
+    run(page, "param width 30", "add_line 0,0 25,3", "length L0 25")
+    page.evaluate("app.typing.edit('d0')")
+    page.locator("#typed").fill("=width")
+    press(page, "Enter")
+    wait(page, "app.store.dimensions.get('d0').value.text === 'width'")
+    page.evaluate("app.store.select(['d0'])")
+    press(page, "Alt+Shift+V")
+    wait(page, "app.store.dimensions.get('d0').value.text === '30'")

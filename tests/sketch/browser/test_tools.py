@@ -30,7 +30,7 @@ def test_a_line_is_split_between_its_crossings(sheet: Any) -> None:
     assert [x for end in ends for x in end] == pytest.approx([-15, -5, -5, 7, 7, 15])
 
 
-@exercises("tool:rotate", "pointer:0-9", "pointer:Enter")
+@exercises("tool:rotate", "pointer:0-9, A-Z", "pointer:Enter")
 def test_the_selection_is_turned_by_a_typed_angle_and_by_clicks(sheet: Any) -> None:
     run(sheet, "add_line 4,0 12,0")
     sheet.evaluate("app.store.select(['L0'])")

@@ -1,6 +1,8 @@
 /** Actions that change what is there: undo, deleting, looks, switching on and off. */
 
+import { isExpression } from "../draw/texts.js";
 import { only, picked } from "../picked.js";
+import { quoted } from "../tools/compose.js";
 
 /**
  * @typedef {import("../actions.js").Action} Action
@@ -132,6 +134,15 @@ export const EDITING = [
     run: (app) => runEach(app, "set_driven"),
   },
   {
+    id: "snapshot",
+    title: "Keep the value, drop the expression",
+    key: "Alt+Shift+V",
+    group: "edit",
+    needs: "dimensions with an expression",
+    enabled: (app) => expressions(app).length > 0,
+    run: (app) => app.run(expressions(app).map(({ name, value }) => `set_driven ${name} ${quoted(`=${value?.text}`)}`).join("; ")),
+  },
+  {
     id: "switch_off",
     title: "Switch off",
     key: "Alt+J",
@@ -163,6 +174,12 @@ export const EDITING = [
     },
   },
 ];
+
+/** Dimensions of the selection whose value is an expression. @param {App} app */
+function expressions(app) {
+  const all = picked(app.store).dimensions.map((name) => app.store.dimensions.get(name));
+  return all.filter((one) => one !== undefined).filter(isExpression);
+}
 
 /** @param {App} app @param {string} word */
 function runEach(app, word) {

@@ -26,6 +26,7 @@ export const WORDS = {
   quiet: "hide",
   set_derived: "driven reference measure",
   set_driven: "driving",
+  snapshot: "unlink constant literal freeze value",
   switch_off: "suppress disable",
   switch_on: "unsuppress enable",
   fit: "zoom all extents home",

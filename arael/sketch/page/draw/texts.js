@@ -16,6 +16,9 @@ export function numberText(number) {
 /** What a dimension measures. @param {string} kind @returns {import("../lengths.js").Quantity} */
 export const quantityOf = (kind) => (kind === "area" ? "area" : ANGLES.has(kind) ? "angle" : "length");
 
+/** Whether the value of a dimension is an expression that it follows. @param {Dimension} d */
+export const isExpression = (d) => !d.derived && !!d.value && !LITERAL.test(d.value.text);
+
 /**
  * What the drawing shows: value or range with its sign and unit; derived ones in parentheses.
  * @param {Dimension} d
@@ -29,7 +32,7 @@ export function dimensionText(d, lengths, measured = null) {
   let body = "";
   if (d.value) {
     const number = d.derived && measured !== null ? measured : d.value.number;
-    body = `${!d.derived && !LITERAL.test(d.value.text) ? "ƒ " : ""}${text(number)}`;
+    body = `${isExpression(d) ? "ƒ " : ""}${text(number)}`;
   } else if (d.low && d.high) body = `${text(d.low.number)} … ${text(d.high.number)}`;
   else if (d.low) body = `≥ ${text(d.low.number)}`;
   else if (d.high) body = `≤ ${text(d.high.number)}`;

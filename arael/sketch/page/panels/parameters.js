@@ -4,7 +4,7 @@ import { shown } from "../amounts.js";
 import { fill, h, once } from "../dom.js";
 import { failure } from "../failure.js";
 import { icon } from "../icons.js";
-import { argument } from "../tools/compose.js";
+import { argument, linked } from "../tools/compose.js";
 
 /**
  * @typedef {import("../app.js").App} App
@@ -29,7 +29,7 @@ export function mount(app, element) {
   );
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    const reply = await app.wire.run(`param ${argument(name.value.trim())} ${argument(value.value.trim())}`);
+    const reply = await app.wire.run(`param ${argument(name.value.trim())} ${argument(linked(value.value))}`);
     fill(problem, reply.ok ? null : failure(app, reply));
     if (!reply.ok) return;
     name.value = value.value = "";
@@ -107,7 +107,7 @@ function row(app, one, again) {
     });
   }
   edits(name, one.name, (now) => `rename_param ${one.name} ${argument(now)}`);
-  edits(text, one.amount.text, (now) => `param ${one.name} ${argument(now)}`);
+  edits(text, one.amount.text, (now) => `param ${one.name} ${argument(linked(now))}`);
   return h(
     "div",
     { class: "row param", role: "listitem" },

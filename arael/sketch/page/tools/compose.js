@@ -34,6 +34,9 @@ export const quoted = (text) => `"${text.replaceAll('"', '""')}"`;
  */
 export const argument = (text) => (/^[\w.]+$/.test(text) ? text : quoted(text));
 
+/** An expression without a leading `=`: in the page `=width` follows `width`, in commands it takes the value once. @param {string} text */
+export const linked = (text) => text.trim().replace(/^=(?!=)\s*/, "");
+
 /**
  * A typed value of a dimension as words of a command: an expression, `>= x`, `<= x` or `x to y`.
  * @param {string} text
@@ -41,7 +44,7 @@ export const argument = (text) => (/^[\w.]+$/.test(text) ? text : quoted(text));
 export function amount(text) {
   const bound = /^([<>]=)(.*)$/.exec(text);
   if (bound) return `${bound[1]} ${argument(bound[2].trim())}`;
-  return text.split(/\s+to\s+/).map(argument).join(" to ");
+  return linked(text).split(/\s+to\s+/).map(argument).join(" to ");
 }
 
 /**

@@ -98,7 +98,11 @@ export class Toolbox extends EventTarget {
       this.cancel();
       return true;
     }
-    const typed = tool.typed.key(event, tool.fields());
+    const typed = tool.typed.key(event, tool.fields(), tool.begun);
+    if (typed === "expression") {
+      this.express(event.key);
+      return true;
+    }
     if (typed) {
       if (typed === "enter") tool.text(tool.typed.text(tool.fields()[tool.typed.active]?.id ?? ""));
       this.app.renderer.overlayChanged();
@@ -110,5 +114,38 @@ export class Toolbox extends EventTarget {
       return true;
     }
     return false;
+  }
+  /** The value that is typed goes on in a field over the drawing, where names complete. @param {string} [more]  what is typed next */
+  express(more = "") {
+    const { app, current: tool } = this;
+    const fields = tool.fields();
+    const { typed } = tool;
+    const field = fields[Math.min(typed.active, fields.length - 1)];
+    if (!field) return;
+    const { id, title, quantity } = field;
+    /** @param {string} text @param {number} [number] */
+    const write = (text, number) => {
+      typed.write(field, text, number);
+      if (tool.place) tool.move(tool.place);
+      app.renderer.overlayChanged();
+    };
+    const text = (typed.texts.get(id) ?? "") + more;
+    write(text);
+    app.openTyping({
+      at: tool.place?.screen ?? [app.view.width / 2, app.view.height / 2],
+      title, text, begun: true,
+      quantity: quantity === "length" || quantity === "angle" ? quantity : undefined,
+      write,
+      next: (step) => {
+        typed.active = (typed.active + step + fields.length) % fields.length;
+        this.express();
+      },
+      commit: async () => {
+        typed.open = false;
+        tool.text(typed.text(id));
+        return { ok: true, text: "" };
+      },
+      cancel: () => write(""),
+    });
   }
 }
