@@ -212,7 +212,7 @@ def _growth(problem: Problem, solver: LinearSolver, damping: float) -> int | Non
         # imported here: start-up time
         from arael.runtime.constrained.active import add_acting
 
-        values = add_acting(problem, values)
+        values = add_acting(problem, values, solved=True)
     diagonal = np.array(values[problem.diagonal_at], dtype=np.float64)
     diagonal[problem.structure.system.held] = 1
     single = problem.layout.precision == "f32"

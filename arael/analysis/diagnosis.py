@@ -14,7 +14,7 @@ from arael.analysis.jacobian import Jacobian, jacobian
 from arael.analysis.normal import NormalEquations
 from arael.diagnostics.records import Diagnostic
 from arael.runtime.constrained.active import acting_rows
-from arael.runtime.constrained.limits import Limits
+from arael.runtime.constrained.rows import Rows
 from arael.runtime.failures import listed
 from arael.runtime.levenberg.diagnosis import non_finite
 from arael.runtime.problem import Problem
@@ -303,15 +303,14 @@ def _linearised(
 
 def _violated(problem: Problem) -> list[Finding]:
     """Rows that hold exactly at a solution, and do not here."""
-    limits = Limits(problem)
-    values, entries = limits.evaluate()
-    sizes = np.maximum(limits.states.sizes(), 1e-6)
-    off = limits.violations(values)
-    off = off / np.maximum(limits.lengths(entries, sizes), 1e-300)
+    rows = Rows(problem)
+    values, entries = rows.evaluate()
+    off = rows.violations(values)
+    off = off / np.maximum(rows.lengths(entries, np.maximum(rows.sizes(), 1e-6)), 1e-300)
     at = np.flatnonzero(off > 1e-6)
     if not len(at):
         return []
-    names = list(dict.fromkeys(limits.name(int(k)) for k in at[np.argsort(-off[at])]))
+    names = list(dict.fromkeys(rows.name(int(k)) for k in at[np.argsort(-off[at])]))
     return [
         Finding(
             "violated",

@@ -576,6 +576,25 @@ class Group(msgspec.Struct, frozen=True, dict=True):
         return tuple(found)
 
     @cached_property
+    def jacobian_table(self) -> NDArray[np.int64]:
+        """`jacobian` as an array (entries, 3)."""
+        return np.array(self.jacobian, dtype=np.int64).reshape(-1, 3)
+
+    @cached_property
+    def is_curved(self) -> bool:
+        """Whether derivatives depend on parameters."""
+        if self.look_ups:  # what they read depends on parameters
+            return True
+        tape = self.tape
+        depends = [False] * len(tape.ops)
+        for node, (op, args) in enumerate(zip(tape.ops, tape.args, strict=True)):
+            if op == "input":
+                depends[node] = args[0] < len(self.states)
+            elif op != "const":
+                depends[node] = any(depends[a] for a in args)
+        return any(depends[node] for node in tape.outputs[self.residuals :])
+
+    @cached_property
     def calls_natives(self) -> bool:
         """Whether it calls native functions, which may not bear being called concurrently."""
         return any(tape.natives for tape in (self.tape, *(tape for _, tape, _ in self.written)))

@@ -2,7 +2,7 @@
 
 A first solve of arael makes an instance of the loaded model and solves it; that of CasADi makes the
 solver from the expressions and calls it. A second one starts again from the same values. Models are
-compiled before, CasADi's callbacks are not.
+compiled before, CasADi's callbacks are not. Times are those of the processor.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from benchmarks.constrained import path as around
 from benchmarks.constrained.formulas import FORMULAS, Formulas
 from benchmarks.constrained.geometry import GEOMETRY
 from benchmarks.constrained.infeasible import variants
+from benchmarks.constrained.metrology import METROLOGY
 from benchmarks.measure import table
 from benchmarks.systems import Plan
 
@@ -55,7 +56,7 @@ class Run:
 def cases(quick: bool, interpret: bool | None = None) -> list[Case]:
     """All problems with a solution."""
     options: dict[str, Any] = {} if interpret is None else {"interpret": interpret}
-    found = [_small(one, options) for one in (*FORMULAS, *GEOMETRY)]
+    found = [_small(one, options) for one in (*FORMULAS, *GEOMETRY, *METROLOGY)]
     count = QUICK_POSES if quick else POSES
     loaded = arael.loads(around.TEXT, name="path", **options)
     found.append(
@@ -80,14 +81,14 @@ def by_arael(case: Case, runs: int) -> Run:
     """Medians of first and second solves."""
     firsts, seconds = [], []
     for _ in range(runs):
-        began = time.perf_counter()
+        began = time.process_time()
         model = case.build()
         result = model.solve()
-        firsts.append(time.perf_counter() - began)
+        firsts.append(time.process_time() - began)
         model.deserialize(case.build().serialize())
-        began = time.perf_counter()
+        began = time.process_time()
         result = model.solve()
-        seconds.append(time.perf_counter() - began)
+        seconds.append(time.process_time() - began)
     return Run(
         result.converged,
         result.cost,
@@ -101,14 +102,14 @@ def by_ipopt(case: Case, runs: int, ca: Any) -> Run:
     """The same by CasADi."""
     firsts, seconds = [], []
     for _ in range(runs):
-        began = time.perf_counter()
+        began = time.process_time()
         arguments = case.casadi(ca)
         solver = ca.nlpsol("solver", "ipopt", arguments["nlp"], QUIET)
         found = solver(**arguments["call"])
-        firsts.append(time.perf_counter() - began)
-        began = time.perf_counter()
+        firsts.append(time.process_time() - began)
+        began = time.process_time()
         found = solver(**arguments["call"])
-        seconds.append(time.perf_counter() - began)
+        seconds.append(time.process_time() - began)
     statistic = solver.stats()
     return Run(
         bool(statistic["success"]),

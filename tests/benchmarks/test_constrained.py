@@ -10,9 +10,10 @@ from benchmarks.constrained import path
 from benchmarks.constrained.formulas import Formulas
 from benchmarks.constrained.geometry import GEOMETRY
 from benchmarks.constrained.infeasible import variants
+from benchmarks.constrained.metrology import METROLOGY
 
 
-@pytest.mark.parametrize("problem", GEOMETRY, ids=lambda p: p.name)
+@pytest.mark.parametrize("problem", (*GEOMETRY, *METROLOGY), ids=lambda p: p.name)
 def test_linkages_chains_and_lines(problem: Formulas) -> None:
     model = arael.loads(problem.text(), name=problem.name, interpret=True)(**problem.data())
     result = model.solve()

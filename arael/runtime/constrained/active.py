@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arael.runtime.constrained.limits import Limits
-from arael.runtime.constrained.rows import Bools, Floats
+from arael.runtime.constrained.rows import Bools, Floats, Rows, rows_of
 from arael.runtime.problem import Problem
 
 # A row stands at its limit when it is closer to it than this, relative to its scale.
@@ -22,23 +21,21 @@ class Acting:
 
     Attributes
     ----------
-    limits : all rows
+    rows : all rows
     entries : their derivatives
     strong : (rows,) whether a row acts
     gradient : (size,) J'r less what the rows of the model balance, bounds excepted
     """
 
-    limits: Limits
+    rows: Rows
     entries: Floats
     strong: Bools
     gradient: Floats
 
     def matrix(self) -> Floats:
         """(acting, size) derivatives of the rows that act, dense."""
-        limits, rows = self.limits, self.limits.rows
-        found = np.zeros((limits.count, limits.problem.size))
-        np.add.at(found, (rows.row, rows.column), self.entries)
-        found[rows.count + np.arange(len(limits.bounded)), limits.bounded] = limits.sign
+        found = np.zeros((self.rows.count, self.rows.size))
+        np.add.at(found, (self.rows.row, self.rows.column), self.entries)
         return found[self.strong]
 
 
@@ -52,26 +49,28 @@ def acting_rows(problem: Problem, bounds: bool = True) -> Acting:
     ----------
     bounds : whether bounds of parameters are among them
     """
-    limits = Limits(problem, bounds)
-    values, entries = limits.evaluate()
-    sizes = limits.states.sizes()
+    rows = Rows(problem, bounds=bounds)
+    values, entries = rows.evaluate()
+    sizes = rows.sizes()
     typical = float(sizes.max(initial=0.0)) or 1.0
-    scale = limits.lengths(entries, np.maximum(sizes, 1e-3 * typical))
-    at_limit = limits.equal | (values <= AT_LIMIT * np.maximum(scale, 1e-300))
-    strong = limits.equal.copy()
+    scale = rows.lengths(entries, np.maximum(sizes, 1e-3 * typical))
+    equal = rows.equal.astype(bool)
+    at_limit = equal | (values <= AT_LIMIT * np.maximum(scale, 1e-300))
+    strong = equal.copy()
     _, gradient, hessian = problem.evaluation.linearised()
     gradient = np.array(gradient, dtype=np.float64)
     if at_limit.any():
         diagonal = np.asarray(hessian, dtype=np.float64)[problem.diagonal_at]
         root = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-        matrix = Acting(limits, entries, at_limit, gradient).matrix()
-        y = np.zeros(limits.count)
-        y[at_limit] = _multipliers((matrix / root).T, gradient / root, limits.equal[at_limit])
+        matrix = Acting(rows, entries, at_limit, gradient).matrix()
+        y = np.zeros(rows.count)
+        y[at_limit] = _multipliers((matrix / root).T, gradient / root, equal[at_limit])
         forces = np.abs(y[at_limit]) * np.linalg.norm(matrix / root, axis=1)
         least = STRONG * max(float(forces.max(initial=0.0)), 1e-300)
         strong[np.flatnonzero(at_limit)[forces > least]] = True
-        gradient -= limits.rows.transposed(entries, y[: limits.rows.count])
-    return Acting(limits, entries, strong, gradient)
+        y[rows.group_rows :] = 0.0
+        gradient -= rows.transposed(entries, y)
+    return Acting(rows, entries, strong, gradient)
 
 
 def _multipliers(columns: Floats, target: Floats, equal: Bools) -> Floats:
@@ -83,22 +82,33 @@ def _multipliers(columns: Floats, target: Floats, equal: Bools) -> Floats:
     return found
 
 
-def add_acting(problem: Problem, values: Floats) -> Floats:
+def add_acting(problem: Problem, values: Floats, solved: bool = False) -> Floats:
     """Blocks of J'J, with the squares of the rows that act in its metric: what they hold counts.
 
     Every row gets the information of the cost along it, so that no scale enters.
+
+    Parameters
+    ----------
+    solved : whether the accepted state is the end of a solve, whose multipliers are known
     """
     if not problem.layout.required:
         return values
-    acting = acting_rows(problem, bounds=False)
-    limits, entries = acting.limits, acting.entries
-    diagonal = values[problem.diagonal_at]
+    diagonal = np.asarray(values[problem.diagonal_at], dtype=np.float64)
     largest = float(diagonal.max(initial=0.0)) or 1.0
     metric = np.where(diagonal > 1e-12 * largest, diagonal, largest)
-    along = limits.lengths(entries, np.sqrt(metric))
-    lengths = np.where(along > 0, limits.lengths(entries, np.ones(problem.size)), 1.0)
-    weights = np.where(acting.strong, (along / lengths) ** 2 / lengths**2, 0.0)
-    found: Floats = values[: problem.structure.pattern.value_count] + limits.rows.squared(
-        entries, weights
-    )
+    if solved:
+        rows = rows_of(problem)
+        _, entries = rows.evaluate()
+        strong = rows.equal > 0
+    else:
+        acting = acting_rows(problem, bounds=False)
+        rows, entries, strong = acting.rows, acting.entries, acting.strong
+    along = rows.lengths(entries, np.sqrt(metric))
+    if solved:
+        forces = rows.multipliers * along
+        strong |= forces > STRONG * max(float(np.abs(forces).max(initial=0.0)), 1e-300)
+        strong[rows.group_rows :] = False
+    lengths = np.where(along > 0, rows.lengths(entries, np.ones(problem.size)), 1.0)
+    weights = np.where(strong, (along / lengths) ** 2 / lengths**2, 0.0)
+    found: Floats = values[: problem.structure.pattern.value_count] + rows.squared(entries, weights)
     return found

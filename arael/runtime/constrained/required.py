@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from arael.runtime.constrained.rows import Bools, Floats
+from arael.runtime.constrained.rows import Bools, Floats, Part
 
 # Rows of the largest multipliers that a report shows.
 SHOWN = 3
@@ -47,16 +48,38 @@ class Required(Mapping[str, Requirement]):
 
     Attributes
     ----------
+    layout : which rows belong to what
+    row_values, row_multipliers, row_active : (rows,), as of `Requirement`
     violation : largest violation, relative to the scale of its row
     worst : name of that row
     conflict : of an infeasible problem, rows that cannot hold together; each of them can be left
         out to make the others hold
     """
 
-    parts: tuple[Requirement, ...]
+    layout: tuple[Part, ...]
+    row_values: Floats
+    row_multipliers: Floats
+    row_active: Bools
     violation: float
     worst: str
     conflict: tuple[str, ...] = ()
+
+    @cached_property
+    def parts(self) -> tuple[Requirement, ...]:
+        """One for each label."""
+        return tuple(
+            Requirement(
+                one.label,
+                one.text,
+                one.places,
+                self.row_values[one.rows],
+                self.row_multipliers[one.rows],
+                self.row_active[one.rows],
+                one.units,
+                one.equal,
+            )
+            for one in self.layout
+        )
 
     def __getitem__(self, label: str) -> Requirement:
         for one in self.parts:

@@ -1,257 +1,184 @@
-"""Rows of a problem by their entries: values, derivatives, products, and their second derivatives.
-
-All arrays of places are computed once per structure. Entries of fixed scalars are left out. A row
-may have several entries in one column, where two ways lead to the same parameter.
-"""
+"""The rows of a problem that hold exactly, with names: those of `require`, then the bounds."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arael.runtime.layout import Group
+from arael.runtime.constrained.compiled import RowTable
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-# Step of the differences of Jacobians, relative to the size of a scalar: the square root of the
-# noise of a Jacobian of a few operations, which balances rounding against the third derivative.
-DIFFERENCE_STEP = 1e-6
 
+class Rows(RowTable):
+    """Rows c(x) of a problem: equalities are zero, inequalities not negative at a solution.
 
-class Rows:
-    """Residuals of chosen groups, as rows of one sparse matrix.
+    Bounds of parameters are rows with one entry, after those of the groups.
 
     Parameters
     ----------
-    problem : whose state they are evaluated at
-    groups : numbers of the groups
+    groups : their numbers; None: those of `require`
+    bounds : whether bounds of parameters are among the rows
 
     Attributes
     ----------
-    count : number of rows
-    row, column : (entries,) of each entry, by rows
-    start : (count + 1,) first entry of each row
-    group_of, instance_of, part_of : (count,) what a row belongs to
+    multipliers : (count,) of half of the cost, at the end of the last solve
     """
 
-    def __init__(self, problem: Problem, groups: Sequence[int]) -> None:
+    multipliers: Floats
+
+    def __init__(
+        self, problem: Problem, groups: Sequence[int] | None = None, bounds: bool = True
+    ) -> None:
         self.problem = problem
-        self.groups = tuple(groups)
-        size = problem.size
-        moves = np.zeros(size + problem.structure.trash, dtype=bool)
-        moves[problem.free] = True
-        row, column, taken = [], [], []
-        group_of, instance_of, part_of = [], [], []
-        first_row = first_entry = 0
+        layout = problem.layout
+        self.groups = layout.required if groups is None else tuple(groups)
+        hooks = problem.hooks
+        described = []
         for number in self.groups:
-            group = problem.layout.groups[number]
-            n = len(problem.structure.active[number])
-            m, entries = group.residuals, len(group.jacobian)
-            instances = np.arange(n)
-            group_of.append(np.full(n * m, number))
-            instance_of.append(np.repeat(instances, m))
-            part_of.append(np.tile(np.arange(m), n))
-            if entries and n:
-                table = np.array(group.jacobian, dtype=np.int64)
-                at = problem.structure.placements[number].gradient_at
-                columns = at[:, table[:, 1]] + table[:, 2]
-                row.append((first_row + m * instances[:, None] + table[:, 0]).ravel())
-                column.append(columns.ravel())
-                taken.append(first_entry + np.arange(n * entries))
-            first_row += n * m
-            first_entry += n * entries
-        self.count = first_row
-        self.group_of, self.instance_of = _joined(group_of), _joined(instance_of)
-        self.part_of = _joined(part_of)
-        all_rows, all_columns, all_taken = _joined(row), _joined(column), _joined(taken)
-        kept = moves[all_columns]
-        all_rows, all_columns, all_taken = all_rows[kept], all_columns[kept], all_taken[kept]
-        order = np.argsort(all_rows, kind="stable")
-        self.row, self.column, self._taken = (
-            all_rows[order],
-            all_columns[order],
-            all_taken[order],
+            group = layout.groups[number]
+            by_function = hooks is not None and number in hooks.items
+            described.append(
+                (
+                    number,
+                    group.residuals,
+                    group.jacobian_table,
+                    group.require == "equal",
+                    by_function or group.is_curved,
+                )
+            )
+        super().__init__(
+            problem.evaluation,
+            problem.structure,
+            described,
+            _bounds(problem) if bounds else (_NONE,) * 5,
         )
-        self.start = np.searchsorted(self.row, np.arange(self.count + 1))
-
-    def evaluate(self) -> tuple[Floats, Floats]:
-        """Values (count,) and entries (entries,) at the accepted state."""
-        evaluation = self.problem.evaluation
-        found = [evaluation.group_rows(number) for number in self.groups]
-        if not found:
-            return np.zeros(0), np.zeros(0)
-        values = np.concatenate([one[0].ravel() for one in found]).astype(np.float64)
-        entries = np.concatenate([one[1].ravel() for one in found])[self._taken]
-        return values, entries.astype(np.float64)
-
-    def times(self, entries: Floats, x: Floats) -> Floats:
-        """Product with a vector of the system."""
-        return _summed(self.row, entries * x[self.column], self.count)
-
-    def transposed(self, entries: Floats, y: Floats) -> Floats:
-        """Product of the transposed matrix with a vector of rows."""
-        return _summed(self.column, entries * y[self.row], self.problem.size)
-
-    def lengths(self, entries: Floats, scale: Floats) -> Floats:
-        """(count,) length of each row, of scalars measured by `scale`."""
-        return np.sqrt(np.bincount(self.row, (entries * scale[self.column]) ** 2, self.count))
-
-    def label(self, row: int) -> str:
-        """The constraint that a row belongs to."""
-        return self.problem.layout.groups[int(self.group_of[row])].label
-
-    def name(self, row: int) -> str:
-        """A row's instance: ``Pose.clearance at poses[3]``."""
-        group, instance = int(self.group_of[row]), int(self.instance_of[row])
-        place = self.problem.instance_place(group, instance)
-        label = self.label(row)
-        return label if place == self.problem.layout.root else f"{label} at {place}"
-
-    # --- products of entries in the blocks of a system ---------------------------------------
 
     @cached_property
-    def pairs(self) -> tuple[Ints, Ints, Ints]:
-        """Entries p and q of each product of a row with itself, and its place in the values.
-
-        Of the lower triangle only; of two entries in one column both orders.
-        """
-        lengths = np.diff(self.start)
-        p = np.repeat(np.arange(len(self.row)), lengths[self.row])
-        ends = np.concatenate(([0], np.cumsum(lengths[self.row])))
-        q = np.arange(ends[-1]) - np.repeat(ends[:-1], lengths[self.row])
-        q += self.start[self.row[p]]
-        lower = self.column[p] >= self.column[q]
-        p, q = p[lower], q[lower]
-        return p, q, self._places(self.column[p], self.column[q])
-
-    def _places(self, high: Ints, low: Ints) -> Ints:
-        pattern = self.problem.structure.pattern
-        offsets = pattern.offsets
-        block_high = np.searchsorted(offsets, high, side="right") - 1
-        block_low = np.searchsorted(offsets, low, side="right") - 1
-        first = pattern.find(block_high, block_low)
-        inner = (high - offsets[block_high]) * pattern.sizes[block_low]
-        found: Ints = first + inner + (low - offsets[block_low])
-        return found
-
-    def squared(self, entries: Floats, weights: Floats) -> Floats:
-        """Values of ``A' W A`` in the blocks of the system; `weights` by rows."""
-        p, q, place = self.pairs
-        weighted = weights[self.row] * entries
-        count = self.problem.structure.pattern.value_count
-        return _summed(place, weighted[p] * entries[q], count)
-
-    # --- second derivatives ------------------------------------------------------------------
+    def group_of(self) -> Ints:
+        """(group rows,) number of the group of each row."""
+        return np.repeat(self.groups, self._lengths)
 
     @cached_property
-    def _colours(self) -> list[tuple[Ints, tuple[Any, ...]]]:
-        """Columns that no row reads together, by colour, with what their differences add to."""
-        hooks = self.problem.hooks
-        curved = np.array(
-            [
-                is_curved(self.problem.layout.groups[g])
-                or (hooks is not None and g in hooks.items)  # by a function of the caller
-                for g in self.groups
-            ],
-            dtype=bool,
-        )
-        if not curved.any():
-            return []
-        chosen = np.isin(self.group_of, np.array(self.groups)[curved])[self.row]
-        colour = _colour(self.row[chosen], self.column[chosen], self.start, self.problem.size)
-        p, q, place = self.pairs
-        used = chosen[p]
-        p, q, place = p[used], q[used], place[used]
-        keys = self.row * self.problem.size + self.column
-        _, inverse, times = np.unique(keys, return_inverse=True, return_counts=True)
-        share = 1.0 / times[inverse]
-        same = self.column[p] == self.column[q]
-        found = []
-        for k in range(int(colour.max()) + 1):
-            columns = np.flatnonzero(colour == k)
-            by_p = np.flatnonzero(colour[self.column[p]] == k)
-            by_q = np.flatnonzero((colour[self.column[q]] == k) & ~same)
-            # The other entry of the pair changes; half of it where both may be moved.
-            entry = np.concatenate((q[by_p], p[by_q]))
-            moved = np.concatenate((p[by_p], q[by_q]))
-            weight = np.where(np.concatenate((same[by_p], np.zeros(len(by_q), bool))), 1.0, 0.5)
-            weight = weight * share[moved]
-            at = np.concatenate((place[by_p], place[by_q]))
-            found.append((columns, (entry, self.column[moved], weight, at)))
-        return found
+    def instance_of(self) -> Ints:
+        """(group rows,) instance of each row."""
+        parts = [
+            np.repeat(np.arange(len(self.problem.structure.active[n])), self._residuals(n))
+            for n in self.groups
+        ]
+        return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
 
-    def curvature(self, weights: Floats, entries: Floats, sizes: Floats, move: Any) -> Floats:
-        """Values of the sum of second derivatives of the rows, each times its weight.
+    @cached_property
+    def _cost_rows(self) -> Rows:
+        groups = [n for n, group in enumerate(self.problem.layout.groups) if not group.require]
+        return Rows(self.problem, groups, bounds=False)
 
-        From differences of first derivatives, one evaluation for each colour.
-
-        Parameters
-        ----------
-        entries : at the accepted state, which is where it is left
-        sizes : (n,) of the scalars
-        move : context manager ``move(step)`` at the state moved by `step`
-        """
-        values = np.zeros(self.problem.structure.pattern.value_count)
-        for columns, (entry, moved, weight, at) in self._colours:
-            step = np.zeros(self.problem.size)
-            step[columns] = DIFFERENCE_STEP * sizes[columns]
-            with move(step):
-                there = self.evaluate()[1]
-            slope = (there - entries)[entry] / step[moved]
-            values += np.bincount(at, weights[self.row[entry]] * weight * slope, len(values))
-        return values
+    def residuals(self) -> Rows:
+        """The rows of the cost, for their second derivatives."""
+        return self._cost_rows
 
     @property
-    def is_curved(self) -> bool:
-        """Whether some row is no linear function of plain parameters."""
-        return bool(self._colours)
+    def _lengths(self) -> list[int]:
+        return [len(self.problem.structure.active[n]) * self._residuals(n) for n in self.groups]
+
+    def _residuals(self, number: int) -> int:
+        return self.problem.layout.groups[number].residuals
+
+    def name(self, row: int) -> str:
+        """A row in words: ``Pose.clearance at poses[3]``, ``q.x >= 0``."""
+        problem = self.problem
+        if row >= self.group_rows:
+            scalar, _, _, sign, limit = (each[row - self.group_rows] for each in _bounds(problem))
+            name = problem.structure.system.name_of(int(scalar))
+            return f"{name} {'>=' if sign > 0 else '<='} {limit:g}"
+        number = int(self.group_of[row])
+        label = problem.layout.groups[number].label
+        place = problem.instance_place(number, int(self.instance_of[row]))
+        return label if place == problem.layout.root else f"{label} at {place}"
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """The rows by label, with the names of their instances in order."""
+        problem = self.problem
+        groups = problem.layout.groups
+        ends = np.concatenate(([0], np.cumsum(self._lengths))).astype(np.int64)
+        # A constraint with sums over rows, or of a struct in several places, has several groups.
+        by_label: dict[str, list[int]] = {}
+        for k, number in enumerate(self.groups):
+            by_label.setdefault(groups[number].label, []).append(k)
+        found = []
+        for label, positions in by_label.items():
+            group = groups[self.groups[positions[0]]]
+            places = [
+                (groups[self.groups[k]].table, int(row), problem.instance_place(self.groups[k], i))
+                for k in positions
+                for i, row in enumerate(problem.structure.active[self.groups[k]])
+            ]
+            order = sorted(range(len(places)), key=lambda k: places[k][:2])
+            rows = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in positions])
+            found.append(
+                Part(
+                    label,
+                    group.require_text,
+                    tuple(places[k][2] for k in order),
+                    rows.reshape(-1, group.residuals)[order],
+                    group.units,
+                    group.require == "equal",
+                )
+            )
+        return tuple(found)
 
 
-def is_curved(group: Group) -> bool:
-    """Whether derivatives of a group depend on parameters."""
-    if group.look_ups:  # what they read depends on parameters
-        return True
-    tape = group.tape
-    depends = [False] * len(tape.ops)
-    for node, (op, args) in enumerate(zip(tape.ops, tape.args, strict=True)):
-        if op == "input":
-            depends[node] = args[0] < len(group.states)
-        elif op != "const":
-            depends[node] = any(depends[a] for a in args)
-    return any(depends[node] for node in tape.outputs[group.residuals :])
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The rows of one `require`, as `arael.runtime.constrained.required.Requirement`.
 
-
-def _colour(row: Ints, column: Ints, start: Ints, size: int) -> Ints:
-    """(size,) colours of columns such that no row has two of one; -1 for columns without entries.
-
-    Greedy, in order (A. Curtis, M. Powell, J. Reid, IMA J. Applied Math. 13, 1974).
+    Attributes
+    ----------
+    rows : (n, m) their numbers
     """
-    found = np.full(size, -1, dtype=np.int64)
-    rows_of: dict[int, list[int]] = {}
-    for r, c in zip(row.tolist(), column.tolist(), strict=True):
-        rows_of.setdefault(c, []).append(r)
-    taken: dict[int, set[int]] = {}
-    for c in sorted(rows_of):
-        used: set[int] = set().union(*(taken.get(r, set()) for r in rows_of[c]))
-        k = 0
-        while k in used:
-            k += 1
-        found[c] = k
-        for r in rows_of[c]:
-            taken.setdefault(r, set()).add(k)
-    return found
+
+    label: str
+    text: str
+    places: tuple[str, ...]
+    rows: Ints
+    units: tuple[str, ...]
+    equal: bool
 
 
-def _summed(places: Ints, values: Floats, count: int) -> Floats:
-    return np.bincount(places, values, count).astype(np.float64, copy=False)
+_NONE = np.zeros(0)
 
 
-def _joined(parts: list[NDArray[Any]]) -> Ints:
-    return np.concatenate(parts).astype(np.int64) if parts else np.zeros(0, dtype=np.int64)
+def _bounds(problem: Problem) -> tuple[Any, ...]:
+    """Scalar, entity, offset in its states, sign and limit of each finite bound, (bounds,) each.
+
+    The sign is 1 for a lower bound, and -1 for an upper one.
+    """
+    found = [
+        (one.scalars[some], np.full(len(some), one.entity), one.at[some], sign, ends[some])
+        for one in problem.structure.system.bounded
+        for sign, ends in ((1.0, one.low), (-1.0, one.high))
+        if len(some := np.flatnonzero(np.isfinite(ends)))
+    ]
+    if not found:
+        return (_NONE,) * 5
+    scalars, entities, at, signs, limits = zip(*found, strict=True)
+    lengths = [len(one) for one in scalars]
+    joined = [np.concatenate(parts) for parts in (scalars, entities, at, limits)]
+    return (*joined[:3], np.repeat(signs, lengths), joined[3])
+
+
+def rows_of(problem: Problem) -> Rows:
+    """The rows of a problem; those of its last solve, if its structure is the same."""
+    known: tuple[Any, Rows] | None = problem.__dict__.get("exact_rows")
+    if known is None or known[0] is not problem.structure:
+        known = problem.__dict__["exact_rows"] = problem.structure, Rows(problem)
+    return known[1]

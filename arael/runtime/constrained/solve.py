@@ -2,23 +2,51 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from arael.config import LmConfig
+from arael.diagnostics.records import Diagnostic
+from arael.runtime.constrained.compiled import Exact
 from arael.runtime.constrained.conflict import conflict_of
-from arael.runtime.constrained.limits import limits_of
-from arael.runtime.constrained.loop import Loop
-from arael.runtime.constrained.required import Required, Requirement
-from arael.runtime.levenberg.compiled import RECORD
+from arael.runtime.constrained.required import Required
+from arael.runtime.constrained.rows import Rows, rows_of
+from arael.runtime.failures import SolveError, listed
+from arael.runtime.levenberg.diagnosis import check_linearisation
 from arael.runtime.levenberg.trace import Watcher
 from arael.runtime.linear.auto import make_solver
 from arael.runtime.linear.compiled import LinearSolver
 from arael.runtime.parallel.compiled import threads_for
 from arael.runtime.problem import Problem
 from arael.runtime.solve import Outcome
+
+# An inequality acts where it is this many tolerances or less from its limit.
+ACTS = 1e3
+
+
+class ExactWatcher(Watcher):
+    """Checks the start of a solve with exact rows."""
+
+    def started(self, minimiser: Exact) -> None:
+        """Raise SolveError if a solve cannot start here: E1001-E1004, E1019."""
+        problem = self._problem
+        rows = rows_of(problem)
+        values, entries = rows.evaluate()
+        violations = rows.violations(values)
+        alone = np.bincount(rows.row, minlength=rows.count) == 0
+        false = np.flatnonzero(alone & (violations > minimiser.tolerance))
+        if len(false):
+            raise _never(rows, violations, false)
+        finite = np.isfinite(values).all() and np.isfinite(entries).all()
+        diagonal = minimiser.diagonal
+        if self._lenient:
+            diagonal = np.where(diagonal == 0, 1, diagonal)
+        cost = minimiser.start_cost if finite else math.nan
+        check_linearisation(problem, cost, minimiser.gradient, diagonal)
 
 
 def minimise_exactly(
@@ -32,86 +60,79 @@ def minimise_exactly(
     began = time.perf_counter()
     threads = threads_for(config.num_threads)
     problem.evaluation.threads = threads
-    solver.use_threads(threads)
     problem.check_start()
     problem.state_dirty = True
-    limits = limits_of(problem)
+    rows = rows_of(problem)
     if solver.single or solver.plan.get("solver") == "schur_pcg":
         # Rows are weighted by more than single precision, or approximate steps, resolve.
         solver = make_solver("auto", problem.structure.pattern, False)
-        solver.use_threads(threads)
-    watcher = Watcher(problem, write, config.observer, True)
-    loop = Loop(problem, limits, solver, config)
-    if watcher.watches:
-        loop.stepped = lambda record: watcher.stepped(loop, record)
-    try:
-        status = loop.run()
-    except KeyboardInterrupt:
-        status = "aborted"
+    solver.use_threads(threads)
+    watcher = ExactWatcher(problem, write, config.observer, config.min_diagonal > 0)
+    residuals = None
+    if problem.hooks is None and problem.layout.precision == "f64":
+        residuals = rows.residuals
+    loop = Exact(problem.evaluation, rows, solver, config, watcher, watcher.watches, residuals)
+    status = loop.run()
+    multipliers, history = loop.multipliers, loop.history
+    rows.multipliers = multipliers
     conflict: tuple[str, ...] = ()
     if status == "infeasible":
-        conflict = conflict_of(loop)
-        limits.settle(loop.multipliers, np.zeros(limits.count))
+        conflict = conflict_of(problem, rows, solver, config, loop)
+        multipliers[:] = 0.0
+    if status in ("infeasible", "converged") and rows.count > rows.group_rows:
+        rows.settle(multipliers, loop.tolerance)
     total = time.perf_counter() - began + problem.seconds + analysis_seconds
     timing = {"prepare": problem.seconds, "analyse": analysis_seconds, "total": total}
     return Outcome(
         problem.x,
         loop.start_cost,
         problem.cost(),
-        loop.attempts,
+        len(history),
         loop.accepted,
         status,
         loop.damping,
         solver.report(),
         timing,
-        np.array(loop.records, dtype=RECORD),
+        history,
         np.nan,
         np.nan,
         np.nan,
-        required=required_of(loop, conflict),
+        required=_required_of(rows, loop, conflict),
     )
 
 
-def required_of(loop: Loop, conflict: tuple[str, ...] = ()) -> Required:
+def _required_of(rows: Rows, loop: Exact, conflict: tuple[str, ...]) -> Required:
     """What became of the rows, at the accepted state."""
-    limits = loop.limits
-    values, _ = limits.evaluate()
-    violations = limits.violations(values) / np.maximum(loop.scale, 1e-300)
+    values, _ = rows.evaluate()
+    violations = rows.violations(values) / np.maximum(loop.scale, 1e-300)
     at = int(violations.argmax()) if len(violations) else -1
+    equal = rows.equal.astype(bool)
     # Of the cost, without the factor 1/2; of an equality what the cost falls by where the right
     # side grows.
-    multipliers = 2.0 * np.where(limits.equal, -loop.multipliers, loop.multipliers)
-    active = limits.equal | (np.abs(values) <= 1e3 * loop.tolerances.rows * loop.scale)
-    rows, problem = limits.rows, loop.problem
-    groups = problem.layout.groups
-    parts = []
-    for label in dict.fromkeys(groups[number].label for number in rows.groups):
-        # A constraint with sums over rows, or of a struct in several places, has several groups.
-        numbers = [number for number in rows.groups if groups[number].label == label]
-        own = np.concatenate([np.flatnonzero(rows.group_of == number) for number in numbers])
-        group = groups[numbers[0]]
-        found = [
-            (groups[number].table, int(row), problem.instance_place(number, instance))
-            for number in numbers
-            for instance, row in enumerate(problem.structure.active[number])
-        ]
-        order = sorted(range(len(found)), key=lambda k: found[k][:2])
-        shape = (-1, group.residuals)
-        parts.append(
-            Requirement(
-                label,
-                group.require_text,
-                tuple(found[k][2] for k in order),
-                values[own].reshape(shape)[order],
-                multipliers[own].reshape(shape)[order],
-                active[own].reshape(shape)[order],
-                group.units,
-                group.require == "equal",
-            )
-        )
+    multipliers = np.where(equal, -2.0, 2.0) * loop.multipliers
     return Required(
-        tuple(parts),
+        rows.parts,
+        values,
+        multipliers,
+        equal | (np.abs(values) <= ACTS * loop.tolerance),
         float(violations[at]) if at >= 0 else 0.0,
-        limits.name(at) if at >= 0 else "",
+        rows.name(at) if at >= 0 else "",
         conflict,
+    )
+
+
+def _never(rows: Rows, violations: Any, false: Any) -> SolveError:
+    """E1019 for rows that nothing that moves can change, and that do not hold."""
+    at = int(false[0])
+    group = rows.problem.layout.groups[int(rows.group_of[at])]
+    names = list(dict.fromkeys(rows.name(int(k)) for k in false))
+    return SolveError(
+        Diagnostic(
+            "E1019",
+            f"{listed(names)} {'does' if len(names) == 1 else 'do'} not hold, and no parameter "
+            "that moves can change that",
+            origin=group.where,
+            notes=(f"`{group.require_text}` is off by {violations[at]:.6g}",),
+            help=("correct the data, free a parameter that it reads, or give it a guard",),
+        )
     )

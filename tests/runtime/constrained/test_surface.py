@@ -10,8 +10,8 @@ import pytest
 import arael
 from arael.diagnostics.records import AraelError
 from arael.distributed.parts.solve import check_splittable
-from arael.runtime.constrained.limits import Limits
-from arael.runtime.constrained.states import States
+from arael.runtime.assembly.positions import dense_matrix
+from arael.runtime.constrained.rows import Rows
 
 SPHERE = """
 root R {
@@ -135,29 +135,25 @@ root R { ps: list of P }
     rng = np.random.default_rng(1)
     model.ps.extend(x=rng.standard_normal((5, 2)), next=[1, 2, 3, 4, 0])
     problem = model._problem()
-    limits, states = Limits(problem), States(problem)
-    rows = limits.rows
+    rows = Rows(problem)
     weights = rng.standard_normal(rows.count)
 
     def slope() -> np.ndarray:
         return rows.transposed(rows.evaluate()[1], weights)
 
-    here = rows.evaluate()[1]
-    values = rows.curvature(weights, here, np.ones(problem.size), states.moved)
+    values = rows.curvature(weights, rows.evaluate()[1])
     exact = np.zeros((problem.size, problem.size))
+    start = [state.copy() for state in problem.states]
     for k in range(problem.size):
-        step = np.zeros(problem.size)
         ends = []
         for sign in (1, -1):
+            step = np.zeros(problem.size)
             step[k] = sign * 1e-5
-            with states.moved(step):
-                ends.append(slope())
+            problem.evaluation.moved_by(step)
+            ends.append(slope())
+            problem.evaluation.start_at(0, start[0])
         exact[:, k] = (ends[0] - ends[1]) / 2e-5
-    identity = np.eye(problem.size)
-    found = np.array(
-        [limits.product(values, values[problem.diagonal_at], column) for column in identity]
-    )
-    assert np.allclose(found, exact, rtol=0, atol=1e-4)
+    assert np.allclose(dense_matrix(problem.structure.pattern, values), exact, rtol=0, atol=1e-4)
 
 
 @pytest.mark.parametrize(
