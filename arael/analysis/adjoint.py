@@ -77,6 +77,7 @@ def gradient_products(
     v: Floats,
     columns: Iterable[Place] | None = None,
     states: bool = True,
+    touching: Sequence[NDArray[np.bool_]] | None = None,
 ) -> Derivatives:
     """Derivatives of ``v'g`` by data and by states.
 
@@ -88,6 +89,7 @@ def gradient_products(
     v : (size,) over the scalars of the system
     columns : tables and columns of data to differentiate by; None: all
     states : whether to differentiate by states too
+    touching : per entity, (rows,): instances that use none of these rows are left out; None: none
     """
     found = _nothing(problem)
     wide = np.concatenate([v, np.zeros(problem.structure.plan.trash)])
@@ -98,8 +100,13 @@ def gradient_products(
         if not (program.raws or program.states) or not len(problem.structure.active[number]):
             continue
         at = problem.structure.placements[number].gradient_at
+        chosen = None
+        if touching is not None:
+            rows = problem.structure.placements[number].rows
+            used = [touching[use.entity][rows[:, k]] for k, use in enumerate(group.uses)]
+            chosen = np.flatnonzero(np.logical_or.reduce(used))
         weights = [wide[at[:, use] + tangent] for use, tangent in program.weights]
-        _run(problem, number, program, weights, found)
+        _run(problem, number, program, weights, found, chosen=chosen)
     _spread_totals(problem, found.data)
     return found
 
@@ -361,12 +368,14 @@ def _run(
     weights: Sequence[Floats],
     found: Derivatives,
     varied: tuple[Group, Floats] | None = None,
+    chosen: NDArray[np.int64] | None = None,
 ) -> None:
     """Add the derivatives of one group, instance by instance, to the rows that it reads.
 
     Parameters
     ----------
     varied : the group with a constant as an input, and the values of this
+    chosen : instances, by their number; None: all
     """
     structure = problem.structure
     group = problem.layout.groups[number] if varied is None else varied[0]
@@ -378,8 +387,10 @@ def _run(
         columns = problem.group_inputs(number, problem.states)[len(group.states) :]
         lanes = [columns[k] for k in _records(group)]
     sums = [0.0] * len(program.raws)
-    for begin in range(0, len(active), _AT_ONCE):
-        part = slice(begin, min(begin + _AT_ONCE, len(active)))
+    count = len(active) if chosen is None else len(chosen)
+    for begin in range(0, count, _AT_ONCE):
+        end = min(begin + _AT_ONCE, count)
+        part = slice(begin, end) if chosen is None else chosen[begin:end]
         rows = [way[part] for way in ways]
         inputs = [
             np.asarray(problem.states[group.uses[u].entity][at[part, u], offset], dtype=np.float64)
@@ -393,7 +404,7 @@ def _run(
         inputs += [np.asarray(lane[part], dtype=np.float64) for lane in lanes]
         if group.moving_guard is not None:
             inputs.append(acting[part])
-        outputs = _outputs(program.tape, inputs, part.stop - part.start, problem.natives)
+        outputs = _outputs(program.tape, inputs, end - begin, problem.natives)
         for k, number_of_raw in enumerate(program.raws):
             raw = group.raw[number_of_raw]
             table = group.slots[raw.slot].table

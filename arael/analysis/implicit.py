@@ -77,6 +77,11 @@ class ImplicitSystem:
         """(size,) names of the scalars of the system."""
         return self.problem.structure.system.names()
 
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """Numbers of the scalars that the solution determines, by name."""
+        return {self.names[k]: int(k) for k in self.free}
+
     @property
     def on_bound(self) -> dict[str, str]:
         """Names of the scalars on an active bound, each with the bound in words."""

@@ -62,7 +62,8 @@ class Quantity:
 def named_quantity(system: ImplicitSystem, text: str) -> Quantity | None:
     """The scalar, or the scalars of the row or parameter, of that name; None if none is free."""
     names, free = system.names, system.free
-    within = [k for k in free if names[k] == text]
+    at = system.numbers.get(text)
+    within = [] if at is None else [at]
     within = within or [k for k in free if names[k].startswith((f"{text}.", f"{text}["))]
     if not within:
         return None
@@ -255,11 +256,13 @@ class Sensitivities:
         v = self.system.adjoint(right, exact)
         places = [one.place for one in chosen.values() if one.place is not None]
         held = any(one.place is None and one.varied is None for one in chosen.values())
-        implicit = gradient_products(problem, v, columns=places, states=held)
+        implicit = gradient_products(problem, v, columns=places, states=False)
         direct = quantity.direct[k] if quantity.direct is not None else Derivatives()
         steps: list[Floats] = []
         if held:
-            steps = [-one for one in by_tangent(problem, implicit.states)]
+            # Few rows are held: only the instances that use one are differentiated by states.
+            by_held = gradient_products(problem, v, columns=(), touching=self._held_rows)
+            steps = [-one for one in by_tangent(problem, by_held.states)]
             self._add_code(steps, v)
             if direct.states:
                 own = by_tangent(problem, direct.states)
@@ -347,6 +350,19 @@ class Sensitivities:
                     entity.table, use.column, held.shape, None, number, first, held
                 )
         return found
+
+    @cached_property
+    def _held_rows(self) -> list[NDArray[np.bool_]]:
+        """Per entity, (rows,) whether a scalar is held that can be differentiated by."""
+        found = [np.zeros(len(one.free), dtype=bool) for one in self._blocks]
+        for target in self._targets.values():
+            if target.place is None:
+                found[target.entity] |= target.mask.any(axis=1)
+        return found
+
+    @property
+    def _blocks(self) -> Any:
+        return self.problem.structure.system.blocks
 
     def _bounds(self) -> dict[str, _Target]:
         if not self.system.on_bound:
