@@ -8,7 +8,8 @@ A fixed lag: a planar robot with a window of 30 poses, whose oldest pose is marg
 update; times and memory of the second and the last tenth of the way.
 
 ``python -m benchmarks.online FILE [--poses N]`` prints the figures of one file,
-``python -m benchmarks.online lag [--poses N]`` those of the fixed lag.
+``python -m benchmarks.online scene [--poses N]`` and ``lag`` those of the SLAM scene and the fixed
+lag.
 """
 
 from __future__ import annotations
@@ -325,6 +326,30 @@ def line(path: Path, one: Measured) -> str:
     return f"| {path.stem} | {one.name} | {one.figures()} | {worst} | {one.full or ''} |"
 
 
+def scene_steps(poses: int, check: bool) -> Measured:
+    """The SLAM scene of the demo, a pose with its observations at a time, from its starts."""
+    from arael.online.recording import Recording
+    from arael.scenes import SceneConfig, columns, fill, make_scene
+
+    load, clock = arael.load("slam"), time.thread_time
+    whole, found = load(), Measured("arael")
+    scene = make_scene(SceneConfig(trajectory="s-curve", poses=poses))
+    fill(whole, whole._store.layout, columns(scene))
+    model = load()
+    steps = Recording(whole, "poses").replay(model)
+    for k in range(poses):
+        began = clock()
+        next(steps)
+        result = model.update()
+        value_of(model.poses[-1].pos)
+        if k:
+            found.times.append(1e3 * (clock() - began))
+            found.full += result.full
+        if check and k and k % EVERY == 0:
+            found.above.append(above(model))
+    return found
+
+
 def fixed_lag(poses: int, window: int = 30) -> list[str]:
     """Rows of a table: a window that slides, times and memory by tenths of the way."""
     rng = np.random.default_rng(1)
@@ -388,6 +413,8 @@ def run(plan: Any, picture: Path | None = None) -> list[str]:
         poses = 300 if plan.quick else None
         for one in measure(path, poses, not plan.quick, "gtsam" in plan.peers):
             lines.append(line(path, one))
+    scene = scene_steps(60 if plan.quick else 900, not plan.quick)
+    lines.append(line(Path("SLAM scene"), scene))
     poses = 2000 if plan.quick else 100_000
     lines += [
         "", f"A window of 30 poses over {poses} poses: append, update, read, marginalise.", "",
@@ -399,11 +426,15 @@ def run(plan: Any, picture: Path | None = None) -> list[str]:
 def main() -> None:
     """Figures of one file."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.online")
-    parser.add_argument("file", type=Path, help="or `lag`")
+    parser.add_argument("file", type=Path, help="or `scene`, or `lag`")
     parser.add_argument("--poses", type=int)
     parser.add_argument("--check", action="store_true", help="compare with the batch optimum")
     parser.add_argument("--alone", action="store_true", help="without iSAM2")
     chosen = parser.parse_args()
+    if str(chosen.file) == "scene":
+        one = scene_steps(chosen.poses or 900, chosen.check)
+        sys.stdout.write(line(chosen.file, one) + "\n")
+        return
     if str(chosen.file) == "lag":
         sys.stdout.write("\n".join(fixed_lag(chosen.poses or 100_000)) + "\n")
         return

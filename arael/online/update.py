@@ -116,6 +116,8 @@ def unsupported(model: Any) -> str:
     if layout.precision != "f64":
         return "the model is in f32"
     if getattr(store, "hooks", None) or getattr(store, "updates", None):
+        if only_priors(model) is None and len(model.residuals.priors) == len(model.residuals.code):
+            return "there are priors beside other residuals that were added at run time"
         return "functions of the caller evaluate residuals"
     if any(entity.tangent > WIDEST for entity in layout.entities):
         return f"a row has more than {WIDEST} scalars"

@@ -79,8 +79,7 @@ def assert_a_step(edited: Edited, what: str) -> None:
     assert result.cost == pytest.approx(edited.model.cost(), rel=1e-9, abs=1e-12), what
 
 
-@pytest.mark.sweep(4)
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(10))
 def test_any_edits(net: type, seed: int) -> None:
     """Rows, refs, values, data, guards, flags and residuals, in random order."""
     edited = Edited(net, 12, seed)

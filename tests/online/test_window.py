@@ -6,6 +6,7 @@ normal equations of the model with its priors.
 
 from __future__ import annotations
 
+import time
 import tracemalloc
 from typing import Any
 
@@ -52,15 +53,15 @@ def marginalise(edited: Edited, at: int, first_estimates: bool, what: str) -> No
     assert_same_prior(found, expected, what)
 
 
-@pytest.mark.sweep(4)
-@pytest.mark.parametrize("first_estimates", [True, False])
-@pytest.mark.parametrize("seed", range(6))
-def test_rows_leave_after_any_edits(net: type, seed: int, first_estimates: bool) -> None:
-    """The prior is that of the whole problem, and the next update is a step with it."""
-    chosen = sorted(EDITS.keys() - {"residual", "residual_data", "freeze_or_free", "remove_point"})
+def edit_and_slide(net: type, seed: int) -> None:
+    """Random edits; rows leave with the prior of the whole problem, and updates are steps."""
     edited = Edited(net, 10, seed)
     edited.model.update()
+    first_estimates = bool(seed % 2)
     done: list[str] = []
+    # Rows that priors are on leave by marginalisation only; beside other residuals that were added
+    # at run time priors are solved in full.
+    chosen = sorted(EDITS.keys() - {"remove_point", "residual", "residual_data"})
     for _ in range(12):
         for _ in range(edited.rng.integers(1, 4)):
             done.append(str(edited.rng.choice(chosen)))
@@ -72,6 +73,22 @@ def test_rows_leave_after_any_edits(net: type, seed: int, first_estimates: bool)
             marginalise(edited, at, first_estimates, what)
             edited.append_point()
         assert_a_step(edited, what)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_rows_leave_after_any_edits(net: type, seed: int) -> None:
+    edit_and_slide(net, seed)
+
+
+@pytest.mark.slow
+def test_more_edits(net: type, request: pytest.FixtureRequest, fuzz_seed: int) -> None:
+    """As many sequences as `--fuzz-seconds` allows."""
+    end = time.monotonic() + request.config.getoption("--fuzz-seconds")
+    count = 0
+    while time.monotonic() < end or not count:
+        edit_and_slide(net, 1_000_000 * (fuzz_seed + 1) + count)
+        count += 1
+    print(f"{count} sequences")
 
 
 @pytest.mark.parametrize("name", ["pose_graph_2d", "pose_graph_3d"])
@@ -191,3 +208,13 @@ def test_a_window_is_near_the_optimum_and_does_not_grow() -> None:
     assert window.cost() == pytest.approx(best, rel=1e-5, abs=1e-9)
     expected = copy.covariance().marginal(copy.poses[-1])
     np.testing.assert_allclose(window.marginal(window.poses[-1]), expected, rtol=1e-3, atol=1e-3)
+
+
+def test_priors_beside_other_residuals_are_solved_in_full(net: type) -> None:
+    edited = Edited(net, 8, 6)
+    edited.model.update()
+    marginalise(edited, 0, True, "")
+    edited.residual()
+    result = edited.model.update()
+    assert result.full
+    assert result.reason == "there are priors beside other residuals that were added at run time"
