@@ -1,0 +1,3 @@
+include "front_time.pxd"
+include "siblings.pxd"
+include "trees.pxd"
