@@ -260,8 +260,9 @@ def verdict(model: Any) -> Verdict:
     if broken or not parameters or parameters > MOST_SCALARS:
         if parameters > MOST_SCALARS:
             remarks.append(
-                f"not judged, as there are more than {MOST_SCALARS} parameters: `report()`, "
-                "`covariance()` and `free_directions()` are for problems of any size"
+                f"there are more than {MOST_SCALARS} parameters: judge a solve of part of the "
+                "data, every tenth view for example; `report()`, `covariance()` and "
+                "`free_directions()` are for problems of any size"
             )
         return Verdict(
             problem.layout.name,

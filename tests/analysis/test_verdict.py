@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from arael.analysis import verdict as verdict_of
 from arael.analysis.verdict import Verdict
 from arael.analysis.weakness import plain_name
 from arael.diagnostics.records import AraelError
@@ -230,6 +231,16 @@ def test_a_group_that_a_loss_rejects_is_named(load: Load, bad: float) -> None:
     assert message.endswith("`views[3]`")
 
 
+def test_a_problem_that_is_too_large_is_not_called_good(
+    load: Load, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verdict_of, "MOST_SCALARS", 1)
+    verdict = planted.ranger(load, np.random.default_rng(0)).verdict()
+    assert not verdict.judged and not verdict.good
+    assert "not judged (2 parameters" in str(verdict)
+    assert "judge a solve of part of the data" in str(verdict)
+
+
 def test_a_start_that_is_no_solution_is_called_so(load: Load) -> None:
     model = planted.decay(load, np.random.default_rng(0))
     model.tau.value = 3.0
@@ -257,7 +268,7 @@ def relative_sigma(model: Any, before: Any) -> float:
 
 
 @pytest.mark.parametrize("criterion", ["d", "a"])
-@pytest.mark.parametrize("name", ["ranger", "decay"])
+@pytest.mark.parametrize("name", ["ranger", "decay", "lever"])
 def test_chosen_measurements_halve_the_deviation_with_fewer(
     load: Load, name: str, criterion: str
 ) -> None:
@@ -270,8 +281,9 @@ def test_chosen_measurements_halve_the_deviation_with_fewer(
     def added(rows: Any) -> float:
         trial = model.copy()
         known = {key: np.asarray(v)[rows] for key, v in columns.items()}
-        measured = {"ranger": "reading", "decay": "y"}[name]
-        trial[collection].extend(**known, **{measured: np.zeros(len(rows))})
+        measured = {"ranger": "reading", "decay": "y", "lever": "seen"}[name]
+        shape = (len(rows), 3) if name == "lever" else len(rows)
+        trial[collection].extend(**known, **{measured: np.zeros(shape)})
         return relative_sigma(trial, before)
 
     # What was promised is the covariance with these rows, at the same parameters.
