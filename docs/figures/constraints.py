@@ -1,16 +1,27 @@
-"""Figure of docs/constraints.md: a path around obstacles, with the multipliers of its clearances.
+"""Figures of docs/constraints.md: a path around obstacles with multipliers, an arm on a curve.
 
 Run ``python docs/figures/constraints.py`` in a checkout.
 """
 
 from __future__ import annotations
 
+import runpy
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 
 import arael
 from benchmarks.constrained import path as around
+
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "arm_on_curve" / "arm_on_curve.py"
+
+
+def arm() -> None:
+    """Solve the example and draw it."""
+    example = runpy.run_path(str(EXAMPLE))
+    model = example["problem"](interpret=True)
+    example["plot"](model, model.solve(), Path(__file__).with_name("constraints_arm.png"))
 
 
 def main() -> None:
@@ -38,3 +49,4 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
+    arm()

@@ -14,6 +14,7 @@ WITH_PICTURE = (
     "bench_band", "bench_investigate", "bench_sparse", "jacobian_demo",
     "linear_demo", "loc_demo", "loc_global_demo", "slam_demo", "user_function_demo",
     "range_slam", "gnss", "spline_trajectory", "landmark_slam_2d", "imu_preintegration",
+    "arm_on_curve",
     "online_slam",
 )  # fmt: skip
 

@@ -45,6 +45,7 @@ class Exact:
     accepted: int
     start_cost: float
     damping: float
+    current_cost: float
     multipliers: Floats
     scale: Floats
     tolerance: Floats

@@ -228,6 +228,11 @@ cdef class Exact(Supervised):
         return "infeasible" if self._status == INFEASIBLE else STATUSES[self._status]
 
     @property
+    def current_cost(self):
+        """Sum of squared residuals at the last linearisation."""
+        return 2.0 * self._cost
+
+    @property
     def gradient(self):
         """J'r (size,) at the last linearisation."""
         return np.array(self._raw[0][: self._n], dtype=np.float64)

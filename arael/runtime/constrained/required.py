@@ -114,7 +114,8 @@ class Required(Mapping[str, Requirement]):
             head = f"{rows} required row{'s' * (rows != 1)} hold{'s' * (rows == 1)}"
         if of:
             head += f"; {acting} of {of} inequalities {'acts' if acting == 1 else 'act'}"
-        return [head, *(_price(*one, cost) for one in self._largest())]
+        # Without a cost nothing pulls, and multipliers are rounding.
+        return [head, *(_price(*one, cost) for one in self._largest() if cost > 0.0)]
 
     def _largest(self) -> list[tuple[Requirement, int, int]]:
         """The rows of the largest multipliers."""
@@ -152,7 +153,7 @@ def _price(one: Requirement, instance: int, row: int, cost: float) -> str:
     """What a row costs: a sentence with a change of the limit that lowers the cost a little."""
     price = float(one.multipliers[instance, row])
     unit = one.units[row] if one.units else ""
-    change = _rounded(0.01 * cost / abs(price)) if cost > 0 else 1.0
+    change = _rounded(0.01 * cost / abs(price))
     amount = f"{change:g} {unit}".strip()
     how = f"raised by {amount}" if one.equal else f"relaxed by {amount}"
     if one.equal and price < 0:

@@ -41,12 +41,15 @@ class ExactWatcher(Watcher):
         false = np.flatnonzero(alone & (violations > minimiser.tolerance))
         if len(false):
             raise _never(rows, violations, false)
-        finite = np.isfinite(values).all() and np.isfinite(entries).all()
+        cost, gradient = minimiser.start_cost, minimiser.gradient
+        if not np.isfinite(values).all():
+            cost = math.nan
+        if not np.isfinite(entries).all():
+            gradient[:] = math.nan
         diagonal = minimiser.diagonal
         if self._lenient:
             diagonal = np.where(diagonal == 0, 1, diagonal)
-        cost = minimiser.start_cost if finite else math.nan
-        check_linearisation(problem, cost, minimiser.gradient, diagonal)
+        check_linearisation(problem, cost, gradient, diagonal)
 
 
 def minimise_exactly(
@@ -72,33 +75,41 @@ def minimise_exactly(
     if problem.hooks is None and problem.layout.precision == "f64":
         residuals = rows.residuals
     loop = Exact(problem.evaluation, rows, solver, config, watcher, watcher.watches, residuals)
-    status = loop.run()
-    multipliers, history = loop.multipliers, loop.history
-    rows.multipliers = multipliers
+
+    def outcome(status: str, cost: float, required: Required | None) -> Outcome:
+        total = time.perf_counter() - began + problem.seconds + analysis_seconds
+        history = loop.history
+        return Outcome(
+            problem.x,
+            loop.start_cost,
+            cost,
+            len(history),
+            loop.accepted,
+            status,
+            loop.damping,
+            solver.report(),
+            {"prepare": problem.seconds, "analyse": analysis_seconds, "total": total},
+            history,
+            np.nan,
+            np.nan,
+            np.nan,
+            required=required,
+        )
+
+    try:
+        status = loop.run()
+    except SolveError as error:
+        # What failed is not evaluated again.
+        error.best = outcome("aborted", loop.current_cost, None)
+        raise
+    rows.multipliers = loop.multipliers
     conflict: tuple[str, ...] = ()
     if status == "infeasible":
         conflict = conflict_of(problem, rows, solver, config, loop)
-        multipliers[:] = 0.0
+        loop.multipliers[:] = 0.0
     if status in ("infeasible", "converged") and rows.count > rows.group_rows:
-        rows.settle(multipliers, loop.tolerance)
-    total = time.perf_counter() - began + problem.seconds + analysis_seconds
-    timing = {"prepare": problem.seconds, "analyse": analysis_seconds, "total": total}
-    return Outcome(
-        problem.x,
-        loop.start_cost,
-        problem.cost(),
-        len(history),
-        loop.accepted,
-        status,
-        loop.damping,
-        solver.report(),
-        timing,
-        history,
-        np.nan,
-        np.nan,
-        np.nan,
-        required=_required_of(rows, loop, conflict),
-    )
+        rows.settle(loop.multipliers, loop.tolerance)
+    return outcome(status, problem.cost(), _required_of(rows, loop, conflict))
 
 
 def _required_of(rows: Rows, loop: Exact, conflict: tuple[str, ...]) -> Required:

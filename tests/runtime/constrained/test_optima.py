@@ -249,3 +249,37 @@ root R { wholes: list of Whole }
     required = result.required["Whole.sum"]
     assert required.places == ("wholes[0]", "wholes[1]", "wholes[2]")
     assert required.multipliers.ravel() == pytest.approx([1, -2, 0], abs=1e-9)
+
+
+def test_derivatives_that_do_not_exist_at_the_start_are_named() -> None:
+    with pytest.raises(arael.AraelError, match="E1002") as caught:
+        arael.loads(CIRCLE, name="circle", interpret=True)(x=[0, 0], goal=[3.0, 4.0]).solve()
+    assert "`norm(x)`" in str(caught.value)
+
+
+def test_what_costs_nothing_has_no_price() -> None:
+    model = arael.loads(
+        "root R {\n param x: vec2\n require on { norm2(x) == 4 }\n}", name="only", interpret=True
+    )(x=[1, 1])
+    result = model.solve()
+    assert result.converged
+    assert np.linalg.norm(model.x.value) == pytest.approx(2, rel=1e-9)
+    assert "1 required row holds" in str(result)
+    assert "costs" not in str(result)
+
+
+def test_a_function_that_fails_leaves_the_best_state() -> None:
+    model = circle(goal=[3.0, 4.0])
+    calls = []
+
+    def function(x):
+        calls.append(1)
+        if len(calls) > 6:
+            raise ValueError("no more")
+        return x[:, 1:] - 1.0
+
+    model.add_residuals(function, [model.x], name="level", kind="at_least")
+    with pytest.raises(arael.AraelError, match="no more") as caught:
+        model.solve()
+    assert caught.value.best is not None
+    assert caught.value.best.status == "aborted"
