@@ -13,7 +13,6 @@ import matplotlib.pyplot as plt
 import arael
 from benchmarks.constrained import path as around
 
-
 EXAMPLE = Path(__file__).parents[2] / "examples" / "arm_on_curve" / "arm_on_curve.py"
 
 
