@@ -14,8 +14,8 @@ search; a click on a line there runs it. On a Mac the Command key stands for Ctr
 const NOTES = {
   tool: "A tool stays until another one is chosen or Escape is pressed. Tools of one family share a button; the others open from its corner.",
   constrain:
-    "They act on the selection. If it does not fit, the editor reports what is needed.",
-  dimension: "They act on the selection; the value is typed over the drawing, the one that it has now is offered.",
+    "They act on the selection. If it does not fit, what is needed is picked after the key.",
+  dimension: "They act on the selection, or what is needed is picked after the key; the value is typed over the drawing, the one that it has now is offered.",
 };
 
 const code = (/** @type {string} */ key) => (key === "|" ? "`\\|`" : `\`${key}\``);

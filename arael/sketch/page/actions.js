@@ -19,6 +19,9 @@ import { picked } from "./picked.js";
  * @property {string} group  one of GROUPS
  * @property {string} [needs]  what has to be selected, in words
  * @property {(app: App) => boolean} [enabled]  true if it is left out
+ * @property {boolean} [collects]  things are picked for it where the selection does not fit
+ * @property {number} [most]  how many it takes, 2 if left out
+ * @property {boolean} [chain]  any number, until Enter
  * @property {(app: App) => boolean} [checked]  of actions that switch
  * @property {(app: App) => unknown} run
  */
@@ -58,6 +61,8 @@ function constraintActions() {
     key: one.key,
     needs: one.needs,
     group: "constrain",
+    collects: true,
+    most: one.most,
     enabled: (app) => one.command(picked(app.store)) !== "",
     run: (app) => app.run(one.command(picked(app.store))),
   }));
@@ -71,6 +76,8 @@ function dimensionActions() {
     key: one.key,
     needs: one.needs,
     group: "dimension",
+    collects: true,
+    chain: one.chain,
     enabled: (app) => one.operands(picked(app.store)).length > 0,
     run: (app) => app.typing?.add?.(one, one.operands(picked(app.store))),
   }));
@@ -120,16 +127,22 @@ export class Actions {
   }
 
   /**
-   * Run an action, or report what it needs.
+   * Run an action; where the selection does not fit pick what it needs, or report that.
    * @param {string} id
    */
   run(id) {
     const one = this.get(id);
     if (this.isEnabled(one)) return one.run(this.app);
-    const needs = one.needs ? `${one.title} needs ${one.needs}` : `${one.title}: nothing to do`;
-    const hint = one.needs ? "select with Shift for several, then repeat it" : "";
-    this.app.notes?.show({ level: "info", text: needs, hint, key: "needs" });
+    if (one.collects) return this.app.tools.collect(one);
+    this.refuse(one);
     return undefined;
+  }
+
+  /** Report what an action needs. @param {Action} one */
+  refuse(one) {
+    const needs = one.needs ? `${one.title} needs ${one.needs}` : `${one.title}: nothing to do`;
+    const hint = one.needs && !one.collects ? "select with Shift for several, then repeat it" : "";
+    this.app.notes?.show({ level: "info", text: needs, hint, key: "needs" });
   }
 }
 

@@ -18,7 +18,7 @@ export const POINTER = [
   { key: "Drag with the middle button", title: "Pan; with two fingers on a touch screen" },
   { key: "Wheel", title: "Zoom at the pointer; pinch on a touch screen" },
   { key: "Double click", title: "Select a chain; edit a dimension" },
-  { key: "Right click", title: "Finish what is drawn" },
+  { key: "Right click", title: "Finish what is drawn; else a menu of what fits what is there" },
   { key: "Ctrl, or B", title: "No automatic constraints while it is held; B where no value can be typed" },
 ];
 

@@ -111,7 +111,7 @@ function menu(app, title, items) {
   const element = h("div", { class: "menu-holder" }, button, list);
 
   function open() {
-    fill(list, ...items(app).map((item) => (item ? entry(item) : h("hr", {}))));
+    fill(list, ...items(app).map((item) => (item ? entry(app, item, close) : h("hr", {}))));
     list.hidden = false;
     button.setAttribute("aria-expanded", "true");
     /** @type {HTMLElement|null} */ (list.querySelector(".menu-item"))?.focus();
@@ -119,28 +119,6 @@ function menu(app, title, items) {
   function close() {
     list.hidden = true;
     button.setAttribute("aria-expanded", "false");
-  }
-  /** @param {Item} item */
-  function entry(item) {
-    const role = item.role ?? (item.checked === undefined ? "menuitem" : "menuitemcheckbox");
-    const run = () => {
-      close();
-      app.canvas.focus();
-      item.run();
-    };
-    return h(
-      "button",
-      {
-        class: "menu-item",
-        role,
-        "aria-checked": item.checked === undefined ? null : String(item.checked),
-        "aria-disabled": item.enabled === false ? "true" : null,
-        onclick: run,
-      },
-      h("span", { class: "menu-check" }, item.checked ? icon("check") : null),
-      h("span", { class: "menu-text" }, item.title),
-      item.key ? h("kbd", {}, item.key) : null,
-    );
   }
   roving(list, ".menu-item");
   element.addEventListener("keydown", (event) => {
@@ -168,4 +146,74 @@ function menu(app, title, items) {
     if (!element.contains(/** @type {Node|null} */ (event.relatedTarget))) close();
   });
   return element;
+}
+
+/** @param {App} app @param {Item} item @param {() => void} close */
+function entry(app, item, close) {
+  const role = item.role ?? (item.checked === undefined ? "menuitem" : "menuitemcheckbox");
+  const run = () => {
+    close();
+    app.canvas.focus();
+    item.run();
+  };
+  return h(
+    "button",
+    {
+      class: "menu-item",
+      role,
+      "aria-checked": item.checked === undefined ? null : String(item.checked),
+      "aria-disabled": item.enabled === false ? "true" : null,
+      onclick: run,
+    },
+    h("span", { class: "menu-check" }, item.checked ? icon("check") : null),
+    h("span", { class: "menu-text" }, item.title),
+    item.key ? h("kbd", {}, item.key) : null,
+  );
+}
+
+/** Groups of actions in the menu of the drawing. */
+const ON_SELECTION = ["edit", "constrain", "dimension"];
+/** Where nothing is selected. */
+const ON_NOTHING = ["undo", "redo", null, "select_all", "fit", "grid", "show_glyphs"];
+
+/** What fits the selection, in groups with lines between them. @param {App} app @returns {(Item|null)[]} */
+export function fitting(app) {
+  if (!app.store.selection.size) return ON_NOTHING.map((id) => (id ? action(app, id) : null));
+  /** @type {(Item|null)[]} */
+  const items = [];
+  for (const group of ON_SELECTION) {
+    const fits = app.actions.list.filter((one) => one.group === group && (one.needs || one.id === "delete") && app.actions.isEnabled(one));
+    if (fits.length && items.length) items.push(null);
+    items.push(...fits.map((one) => action(app, one.id)));
+  }
+  return items;
+}
+
+/** A menu at a place of the drawing, of what fits what is selected. @param {App} app @param {[number, number]} at  pixels of the canvas */
+export function openFitting(app, [x, y]) {
+  const { canvas, view } = app;
+  const list = h("div", { class: "menu at-pointer", role: "menu", "aria-label": "what fits the selection", tabindex: -1 });
+  let open = true;
+  const close = () => {
+    // to remove it takes its focus, which closes it, too
+    if (open) {
+      open = false;
+      list.remove();
+    }
+  };
+  fill(list, ...fitting(app).map((item) => (item ? entry(app, item, close) : h("hr", {}))));
+  roving(list, ".menu-item");
+  list.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    close();
+    canvas.focus();
+    event.stopPropagation();
+  });
+  list.addEventListener("focusout", (event) => {
+    if (!list.contains(/** @type {Node|null} */ (event.relatedTarget))) close();
+  });
+  canvas.parentElement?.append(list);
+  list.style.left = `${Math.max(Math.min(x, view.width - list.offsetWidth - 4), 4)}px`;
+  list.style.top = `${Math.max(Math.min(y, view.height - list.offsetHeight - 4), 4)}px`;
+  /** @type {HTMLElement|null} */ (list.querySelector(".menu-item"))?.focus();
 }

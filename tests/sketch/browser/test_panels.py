@@ -213,15 +213,72 @@ def test_a_refused_value_stays_in_its_place(page: Any) -> None:
     assert page.evaluate("app.store.dimensions.get('d0').value.text") == "40"
 
 
-@exercises("key:Q")
 def test_a_key_without_what_it_needs_says_what_it_needs(page: Any) -> None:
-    page.evaluate("app.store.select(['L0'])")
-    press(page, "q")
+    page.evaluate("app.store.select(['CL0H'])")
+    press(page, "x")
     page.locator(".note").wait_for()
-    assert "Parallel needs two or more lines" in page.locator(".note").inner_text()
-    press(page, "q", "n")
-    page.get_by_text("Perpendicular needs").wait_for()
+    assert "Construction geometry needs entities" in page.locator(".note").inner_text()
+    press(page, "x", "Alt+m")
+    page.get_by_text("needs dimensions").wait_for()
     assert page.locator(".note").count() == 1, "the newest takes the place of the last"
+
+
+@exercises("action:parallel", "key:Q")
+def test_a_constraint_is_chosen_first_and_then_what_it_is_for(page: Any) -> None:
+    run(page, "add_line 0,-5 30,-8", "add_line 0,-12 30,-10", "add_circle -10,-8 4")
+    page.evaluate("app.fit()")
+    page.evaluate("app.store.select([])")
+    press(page, "q")
+    page.get_by_role("status").get_by_text("Parallel: pick two or more lines").wait_for()
+    click(page, 10, -6)
+    click(page, -10, -4)
+    page.get_by_text("Parallel needs two or more lines").wait_for()
+    click(page, 10, -6)
+    page.evaluate("app.store.select(['L4'])")
+    click(page, 9, -11.4)
+    made = "[...app.store.constraints.values()].find((one) => one.kind === 'parallel')"
+    wait(page, f"{made}?.args.join() === 'L4,L5'")
+    wait(page, "app.store.selection.size === 0")
+    press(page, "Escape")
+    assert page.evaluate("app.tools.id") == "select"
+
+
+@exercises("action:length")
+def test_a_dimension_is_chosen_first_and_then_what_it_measures(page: Any) -> None:
+    page.evaluate("app.store.select([])")
+    press(page, "Alt+l")
+    click(page, 20, 0)
+    page.locator("#typed").wait_for()
+    assert float(page.input_value("#typed")) == pytest.approx(40)
+    press(page, "Enter")
+    wait(page, "app.store.dimensions.get('d0')?.args.join() === 'L0'")
+    # of those that take any number Enter ends the picking
+    press(page, "Alt+t")
+    click(page, 30, 0)
+    click(page, 40, 10)
+    click(page, 10, 20)
+    press(page, "Enter")
+    wait(page, "document.querySelector('#typed').value === '100'")
+    press(page, "Escape")
+
+
+@exercises("pointer:Right click")
+def test_a_right_click_opens_what_fits(page: Any) -> None:
+    page.evaluate("app.fit()")
+    click(page, 12, 0, button="right")
+    menu = page.get_by_role("menu", name="what fits the selection")
+    titles = menu.locator(".menu-text").all_inner_texts()
+    assert {"Delete", "Horizontal", "Length", "Construction geometry"} <= set(titles)
+    assert not {"Parallel", "Radius", "Driving dimension"} & set(titles)
+    assert page.evaluate("[...app.store.selection]") == ["L0"]
+    menu.get_by_text("Construction geometry").click()
+    wait(page, "app.store.entities.get('L0').construction")
+    assert menu.count() == 0
+    click(page, 20, 10, button="right")
+    assert "Select all" in menu.locator(".menu-text").all_inner_texts()
+    press(page, "Escape")
+    assert menu.count() == 0
+    assert page.evaluate("app.store.selection.size") == 0
 
 
 @exercises("action:show_glyphs")
@@ -264,9 +321,11 @@ def test_a_display_unit_converts_numbers_and_never_touches_the_part(page: Any) -
     state = "[app.store.revision, app.store.unit, ...app.store.values].join()"
     before = page.evaluate(state)
     show_lengths_in(page, "in")
-    value = show(page, "relations").locator(".value").first
+    panel = show(page, "relations")
+    value = panel.locator(".value").first
     typed = page.locator("#typed")
-    assert value.inner_text() == "2 in"
+    panel_value = page.locator("#panel-relations .value", has_text="2 in")
+    panel_value.first.wait_for()
     assert "in (the part: mm)" in page.locator("#status").inner_text()
     drawn = "app.renderer.annotations.dimensions.map((one) => one.text.text).join()"
     wait(page, f"{drawn} === '2 in'")

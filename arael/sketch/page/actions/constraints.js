@@ -10,6 +10,7 @@ import { only } from "../picked.js";
  * @property {string} title
  * @property {string} key
  * @property {string} needs  in words
+ * @property {number} [most]  how many it takes, 2 if left out
  * @property {(one: Picked) => string} command  empty if the selection does not fit
  */
 
@@ -166,6 +167,7 @@ export const CONSTRAINTS = [
     title: "Symmetric",
     key: "Y",
     needs: "two points or arcs and a line, or three points or lines, the axis last",
+    most: 3,
     command: symmetry,
   },
   {
@@ -173,6 +175,7 @@ export const CONSTRAINTS = [
     title: "Equal angles",
     key: "Shift+Q",
     needs: "four lines: the angle of the first two is that of the others",
+    most: 4,
     command: (one) => all("equal_angle", one.lines, one.lines.length === 4 && only(one, one.lines)),
   },
   {

@@ -10,6 +10,7 @@ import { only } from "../picked.js";
  * @property {string} title
  * @property {string} key
  * @property {string} needs  in words
+ * @property {boolean} [chain]  it takes any number
  * @property {(one: Picked) => string[]} operands  empty if the selection does not fit
  * @property {(names: string[]) => string} present  expression of the value that it has now, empty if there is none
  */
@@ -124,6 +125,7 @@ export const DIMENSIONS = [
     title: "Length of a chain",
     key: "Alt+T",
     needs: "two or more curves end to end",
+    chain: true,
     operands: (one) => when(one.curves.length >= 2 && only(one, one.curves), one.curves),
     present: (names) => names.map((name) => `${name}.length`).join(" + "),
   },
@@ -132,6 +134,7 @@ export const DIMENSIONS = [
     title: "Area",
     key: "Alt+Q",
     needs: "a closed chain of curves",
+    chain: true,
     operands: (one) => when(one.curves.length >= 1 && only(one, one.curves), one.curves),
     present: () => "",
   },

@@ -2,6 +2,7 @@
 
 import { ARCS } from "./arcs.js";
 import { CIRCLES } from "./circles.js";
+import { CollectTool } from "./collect.js";
 import { CORNERS } from "./corners.js";
 import { CUTS } from "./cuts.js";
 import { DimensionTool } from "./dimension.js";
@@ -68,11 +69,22 @@ export class Toolbox extends EventTarget {
 
   /** Activate a tool. @param {string} id */
   start(id) {
+    const spec = this.spec(id);
+    this._use(spec, spec.make);
+  }
+
+  /** Pick what a constraint or dimension needs, then make it. @param {import("../actions.js").Action} action */
+  collect(action) {
+    const spec = { ...SelectTool.spec, id: action.id, title: action.title, hint: "" };
+    this._use(spec, (app) => new CollectTool(app, action));
+  }
+
+  /** @param {import("../types.js").ToolSpec} spec @param {(app: import("../app.js").App) => Tool} make */
+  _use(spec, make) {
     const place = this.current.place;
     this.current.leave();
-    const spec = this.spec(id);
     this.id = spec.id;
-    this.current = spec.make(this.app);
+    this.current = make(this.app);
     if (place) this.current.place = place;
     this.dispatchEvent(new CustomEvent("tool", { detail: spec }));
     this.current.stepped();

@@ -3,6 +3,7 @@
 import { numberText } from "../draw/texts.js";
 import { chainOf } from "../geometry/chains.js";
 import { regionAt } from "../geometry/regions.js";
+import { openFitting } from "../menu.js";
 import { short } from "./compose.js";
 import { Tool } from "./tool.js";
 
@@ -173,6 +174,16 @@ export class SelectTool extends Tool {
     const adds = event?.shiftKey || event?.ctrlKey || event?.metaKey || event?.pointerType === "touch";
     if (pick) store.select([pick.name], adds ? "toggle" : "replace");
     else if (!event?.shiftKey && !event?.ctrlKey) store.select([]);
+  }
+
+  /** A right click: what fits what is there, or what is selected. */
+  finish() {
+    const { app, place } = this;
+    if (!place) return;
+    const pick = this.pick(place.screen);
+    if (!pick) app.store.select([]);
+    else if (!app.store.selection.has(pick.name)) app.store.select([pick.name]);
+    openFitting(app, place.screen);
   }
 
   /** A dimension or text is edited, a group's marker or a curve selects what belongs to it. @param {Place} place */
