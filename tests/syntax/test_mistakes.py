@@ -31,6 +31,8 @@ FURTHER = [
     ),
     ("root R { param x: real; constraint c { let y == x; y } }", "`=` is missing in this `let`"),
     ("root R { param x: real; constraint c { x[0] = 1 } }", "a value gets its name with `let`"),
+    ("root R { param x: real; require c { x = 1 } }", "a comparison is written `==`"),
+    ("root R { param x: vec2; require c { x.y = 1 } }", "a comparison is written `==`"),
     ("root R { param x: real; constraint c { double y = x; y } }", "a value gets its name"),
     ("root R {\nparam x: real\nconstraint c {\nlet y\ny } }", "`=` is missing in this `let`"),
 ]

@@ -26,6 +26,16 @@ def equal(t: Trouble) -> bool:
         t.report("E0135", "a comparison is written `==`", "`=` gives a value to a name")
         t.swap("EQ")
         return True
+    block = t.block()
+    if block is not None and block.type == "REQUIRE" and t.construct() is None:
+        t.report(
+            "E0135",
+            "a comparison is written `==`",
+            "`=` gives a value to a name",
+            help="write `==` for what must hold, or `let name = ...` for a value",
+        )
+        t.swap("EQ")
+        return True
     if t.in_body and t.construct() is None and t.before is not None:
         name = t.before.text if t.is_name(t.before) else "name"
         t.report(
