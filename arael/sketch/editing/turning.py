@@ -4,6 +4,8 @@ From across, the nearest solution of ``vertical`` is a line without length. So a
 by more than 30 degrees from the direction that a new relation wants is turned there first. A line
 that is to be tangent to an arc at their common end is turned if it deviates by more than 60
 degrees; where both ways are as far, to continue the arc. Nearer, line and arc share the change.
+A line that is to be horizontal or vertical takes its figure along where that is free to turn and
+other lines would have to follow: a rectangle stays one.
 """
 
 from __future__ import annotations
@@ -11,14 +13,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from arael.sketch.document.document import Document
 from arael.sketch.document.measures import signed
 from arael.sketch.document.records import Constraint, Dimension
 from arael.sketch.layout.layout import Layout
+from arael.sketch.solve.turning_back import turned_along
 
 _FAR, _FAR_TANGENT = math.radians(30.0), math.radians(60.0)
 #: A line is across an arc from here on: both ways to be tangent are as far.
 _ACROSS = math.radians(80.0)
+
+#: Relations of the direction of a line to that of another.
+_DIRECTIONS = frozenset(
+    {"parallel", "perpendicular", "collinear", "equal_angle", "angle", "symmetry", "image"}
+)
 
 Moves = dict[int, tuple[float, float]]
 """Offset of the x of a point -> where to."""
@@ -39,6 +49,10 @@ def turned(layout: Layout, kind: str, args: tuple[str, ...]) -> Moves:
     off = math.remainder(math.atan2(y2 - y1, x2 - x1) - direction, math.pi)
     if abs(off) < (_FAR_TANGENT if kind == "tangent" else _FAR):
         return {}
+    if kind in ("horizontal", "vertical") and _has_directions(layout, name):
+        whole = _as_a_whole(layout, name, -off)
+        if whole:
+            return whole
     if kind == "tangent" and abs(off) > _ACROSS:
         off = math.remainder(math.atan2(y2 - y1, x2 - x1) - direction, 2.0 * math.pi)
     return _about_an_end(layout, name, -off)
@@ -66,6 +80,27 @@ def turned_to(layout: Layout, dimension: Dimension) -> Moves:
     if abs(off) < 1e-9 or all(_is_held(layout, name, _tied(layout, end)) for end in ends):
         return {}
     return _about_an_end(layout, name, off)
+
+
+def _has_directions(layout: Layout, line: str) -> bool:
+    """Whether the direction of a line is tied to those of others, which would have to follow."""
+    document = layout.document
+    users = (
+        document.constraints.get(u) or document.dimensions.get(u) for u in layout.users_of(line)
+    )
+    return any(one is not None and one.kind in _DIRECTIONS for one in users)
+
+
+def _as_a_whole(layout: Layout, line: str, angle: float) -> Moves:
+    """The figure of a line turned, which keeps its shape; empty where it is not free to turn."""
+    document = layout.document
+    turned = turned_along(layout, document.entities[line].at, angle)
+    if turned is None:
+        return {}
+    values, before = layout.values_at(turned), document.values
+    numbers = np.flatnonzero(layout.axis_of(np.arange(len(values))) == 1)
+    moved = (values != before)[numbers] | (values != before)[numbers + 1]
+    return {at: (values[at], values[at + 1]) for at in numbers[moved].tolist()}
 
 
 def _about_an_end(layout: Layout, name: str, angle: float) -> Moves:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -260,9 +261,28 @@ class Judge:
             contradicts |= abs(gap) > _OPEN * layout.size
         if gained == len(gaps):
             return Verdict(name, "helps", freedoms=gained)
+        if contradicts and not self._gaps_are_kept(points, gaps):
+            return Verdict(name, "helps", freedoms=gained)  # a solve has to show
         named = (*self._named(members), name)
         kind: Kind = "impossible" if contradicts else "partly" if gained else "redundant"
         return Verdict(name, kind, named, gained, len(gaps))
+
+    def _gaps_are_kept(self, points: Sequence[tuple[int, float]], gaps: Sequence[float]) -> bool:
+        """Whether one of the gaps of `_of_points` that is open is the same all around."""
+        layout = self.layout
+        if np.abs(layout.linearisation().residuals).max(initial=0.0) > _OPEN * layout.size:
+            return False
+
+        def change(k: int, x: Floats) -> Floats:
+            values = layout.values_at(layout.with_unknowns(x)) - self.document.values
+            return np.array([sum(weight * values[at + k] for at, weight in points)])
+
+        none = np.zeros(0, dtype=np.int64)
+        return any(
+            abs(gap) > _OPEN * layout.size
+            and self._is_kept(none, partial(change, k), np.zeros(1)) is True
+            for k, gap in enumerate(gaps)
+        )
 
     def _weighty(self, system: Linearisation, rows: Ints, weights: Floats) -> dict[str, None]:
         top = float(np.abs(weights).max(initial=0.0))
@@ -288,9 +308,15 @@ class Judge:
         named = (*self._named(members), name)
         hidden = self.layout.hidden_numbers(name)  # a place along a spline: found along with it
         gained, most = gained - hidden, len(rows) - hidden
-        if self._only_here(system, dependent):
+        held = self._held_nearby(system, dependent)
+        if held is False:
             return Verdict(name, "here", named, gained, most)
         if contradicts:
+            others = np.setdiff1d(np.arange(len(system.residuals)), rows)
+            left = np.abs(system.residuals[others]).max(initial=0.0)
+            if held is None or left > _OPEN * self.layout.size:
+                # Derivatives prove it where all else holds, and around there: a solve has to show.
+                return Verdict(name, "helps", named, gained, most)
             # Trials that fail for another reason than a contradiction prove nothing: the
             # equations depend on each other, so there are others.
             fewest = smallest(named, name, self.solver.feasible)
@@ -305,25 +331,34 @@ class Judge:
         document = self.document
         return [one for one in members if one in document.constraints or one in document.dimensions]
 
-    def _only_here(self, system: Linearisation, dependent: Sequence[int]) -> bool:
-        """Whether equations that follow from the others here do not hold elsewhere by themselves.
+    def _held_nearby(self, system: Linearisation, dependent: Sequence[int]) -> bool | None:
+        """Whether equations that follow from the others here do so elsewhere.
 
         Those that do not follow have another residual once the geometry is moved a little. All
         other equations hold there, also those of the same record: where it is not satisfied, its
-        equations may be independent of what they follow from where it is.
+        equations may be independent of what they follow from where it is. None: no place nearby
+        was found, although something can move.
         """
         before = system.residuals[dependent]
         out = system.rows[dependent]
+        return self._is_kept(
+            out, lambda x: self.layout.linearisation(x).residuals[dependent], before
+        )
+
+    def _is_kept(self, out: Ints, of: Callable[[Floats], Floats], before: Floats) -> bool | None:
+        """Whether lengths stay as they are where all but some rows hold, as of `_held_nearby`."""
+        known = None
         for moved in self._nearby(out):
-            after = self.layout.linearisation(moved).residuals[dependent]
-            if np.abs(after - before).max(initial=0.0) > _CHANGED * self.layout.size:
-                return True
-        return False
+            known = True
+            if np.abs(of(moved) - before).max(initial=0.0) > _CHANGED * self.layout.size:
+                return False
+        return known
 
     def _nearby(self, out: Ints) -> Iterator[Floats]:
         """Unknowns near to the present ones that solve all but some rows, up to three times.
 
         The sketch is nudged along its free directions, in three random ways, and solved again.
+        Where nothing is free to move, that is where it is.
 
         Parameters
         ----------
@@ -332,6 +367,7 @@ class Judge:
         start = self.layout.linearisation(without=out)
         basis = self._rank(start).null_basis()
         if basis.shape[1] == 0:
+            yield start.x
             return
         random = np.random.default_rng(len(start.x))
         for _ in range(3):
@@ -411,7 +447,7 @@ class Judge:
         # More can move without all of them than without one: what is dependent then as well is
         # not so by position only, and need not be looked at by itself.
         for name in self._independent_nearby(equations) if equations else ():
-            if self._only_here(system, self.layout.rows_of(name).tolist()):
+            if self._held_nearby(system, self.layout.rows_of(name).tolist()) is False:
                 kinds[name] = "here"
         return found + [Verdict(name, kind) for name, kind in kinds.items()]
 

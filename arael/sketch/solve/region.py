@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 #: Unknowns of the problem, those next to the open equations first: the rest does not move.
 MOST_UNKNOWNS = 120
+#: Fractions of its multiples are spread evenly, in no relation to each other.
+_GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
 
 class Region:
@@ -39,6 +41,7 @@ class Region:
     columns : chosen unknowns
     scale : (n,) typical sizes of the unknowns
     low, high : (n,) bounds
+    size : of the figure, the same wherever it is and however it is turned
     """
 
     def __init__(
@@ -101,9 +104,54 @@ class Region:
             reached = more
         self.columns = np.flatnonzero(reached)
         self.rows = np.flatnonzero(wider[0])
-        self._sides = np.flatnonzero(wider[1])
+        self._equations = _chosen(rows, self.rows, self.columns)
+        self._sides = _chosen(self._guards, np.flatnonzero(wider[1]), self.columns)
         self._lines = self._lines_in(reached, x)
+        self._measure(x)
         return True
+
+    def _measure(self, x: Array) -> None:
+        """The figure's size, and a direction of its own: between its first places that differ."""
+        axes = self._solver.layout.axes()
+        of = axes[self.columns]
+        xs = (self.columns[of == 1], self.columns[of == 2] - 1, *self._lines[:, ::2].T)
+        points = np.unique(np.concatenate(xs))
+        places = x[points] + 1j * x[points + 1]
+        spread = np.abs(places - places.mean()) if len(places) else np.zeros(1)
+        lengths = np.abs(x[self.columns[of == 3]])
+        size = 2.0 * max(float(np.sqrt(np.square(spread).mean())), lengths.max(initial=0.0))
+        self.size = size or self._solver.layout.size
+        ways = places - places[:1]
+        ways = ways[np.abs(ways) > COLLAPSED * self.size]
+        self._direction = complex(ways[0] / abs(ways[0])) if len(ways) else 1.0 + 0.0j
+
+    def nudge(self, way: float, least: float = -1.0) -> Array:
+        """Numbers from `least` to 1 for the scaled unknowns, along the directions of the figure.
+
+        They are the same, turned along, where the figure is drawn elsewhere.
+
+        Parameters
+        ----------
+        way : others for another
+        """
+        axes = self._solver.layout.axes()
+        found = np.modf(way + _GOLDEN * np.arange(1.0, len(axes) + 1.0))[0]
+        found = least + (1.0 - least) * found
+        xs = np.flatnonzero(axes == 1)
+        turned = self._direction * (found[xs] + 1j * found[xs + 1])
+        found[xs], found[xs + 1] = turned.real, turned.imag
+        chosen: Array = found[self.columns]
+        return chosen
+
+    def reach(self, way: Array) -> float:
+        """How far a change of the chosen unknowns moves a point, or another number, at most."""
+        axes = self._solver.layout.axes()
+        moved = np.zeros(len(axes))
+        moved[self.columns] = way
+        xs = np.flatnonzero(axes == 1)
+        apart = np.hypot(moved[xs], moved[xs + 1]).max(initial=0.0)
+        others = np.abs(moved[(axes != 1) & (axes != 2)]).max(initial=0.0)
+        return float(max(apart, others))
 
     def _lines_in(self, reached: NDArray[np.bool_], x: Array) -> NDArray[np.int64]:
         """Where in `x` the ends of lines are (k, 4) that can become longer or shorter."""
@@ -121,16 +169,13 @@ class Region:
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
         """Residuals, and their scaled derivatives by the chosen unknowns."""
-        return self._dense(self._rows, x, self.rows)
+        return self._dense(self._rows, x, self._equations)
 
-    def _dense(self, rows: Rows, x: Array, own: NDArray[np.int64]) -> tuple[Array, Array]:
-        # imported here: start-up time
-        from scipy.sparse import csr_array
-
+    def _dense(self, rows: Rows, x: Array, chosen: _Chosen) -> tuple[Array, Array]:
         residuals, entries = rows.jacobian(x)
-        matrix = csr_array((entries, rows.indices, rows.indptr), shape=(rows.m, rows.n))
-        found = matrix[own][:, self.columns].toarray() * self.scale[self.columns]
-        return residuals[own], found
+        count, width = chosen.shape
+        flat: Array = np.bincount(chosen.places, entries[chosen.entries], count * width)  # type: ignore[assignment]
+        return residuals[chosen.rows], flat.reshape(chosen.shape) * self.scale[self.columns]
 
     def sides_at(self, x: Array) -> tuple[Array, Array]:
         """What stays positive, lengths of lines as well, and its derivatives as of `linearised`."""
@@ -166,6 +211,26 @@ def _lengths(x: Array, lines: NDArray[np.int64]) -> Array:
     a, b, c, d = x[lines].T
     found: Array = np.hypot(c - a, d - b)
     return found
+
+
+class _Chosen(NamedTuple):
+    """Where derivatives of some rows by some unknowns are, to be put into a dense matrix."""
+
+    rows: NDArray[np.int64]
+    entries: NDArray[np.int64]
+    places: NDArray[np.int64]
+    shape: tuple[int, int]
+
+
+def _chosen(rows: Rows, own: NDArray[np.int64], columns: NDArray[np.int64]) -> _Chosen:
+    row_of = np.full(rows.m, -1, dtype=np.int64)
+    row_of[own] = np.arange(len(own))
+    column_of = np.full(rows.n, -1, dtype=np.int64)
+    column_of[columns] = np.arange(len(columns))
+    at = row_of[np.repeat(np.arange(rows.m), np.diff(rows.indptr))]
+    by = column_of[rows.indices]
+    entries = np.flatnonzero((at >= 0) & (by >= 0))
+    return _Chosen(own, entries, at[entries] * len(columns) + by[entries], (len(own), len(columns)))
 
 
 def _pattern(rows: Rows) -> Any:

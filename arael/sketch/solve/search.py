@@ -40,6 +40,8 @@ _ZERO = 1e-9
 NUDGES = (0.02, 0.2)
 #: Curved directions that are tried.
 MOST_WAYS = 3
+#: Curvatures that differ by less than this share of the largest are one.
+_ALIKE = 1e-6
 
 
 class Search:
@@ -167,7 +169,7 @@ class Search:
     def _past_curves(self) -> Iterator[Array]:
         """Along null directions in which a combination of equations curves towards zero."""
         solver, x = self._solver, self._start
-        size = solver.layout.size
+        size = self._region.size
         for way in self._ways(x):
             for nudge in NUDGES:
                 found: list[tuple[float, Array]] = []
@@ -197,7 +199,7 @@ class Search:
         if not np.linalg.norm(open_) > 1e-6 * np.linalg.norm(residuals):
             return []
         scale = self._region.scale[self._region.columns]
-        h = 1e-4 * self._solver.layout.size
+        h = 1e-4 * self._region.size
         curvature = np.empty((free.shape[1], free.shape[1]))
         for k in range(free.shape[1]):
             ahead, behind = x.copy(), x.copy()
@@ -208,13 +210,18 @@ class Search:
             curvature[:, k] = free.T @ (open_ @ change) / (2.0 * h)
         values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
         largest = float(np.abs(values).max(initial=0.0))
+        curved = np.flatnonzero(values < -1e-6 * largest)
+        # Of directions that curve alike any mixture does, and either sign: the choice is the
+        # figure's, not that of rounding and axes. To the left of it is up where it lies.
+        nudge = self._region.nudge(0.5, least=0.0)
         found = []
-        for k in np.flatnonzero(values < -1e-6 * largest)[:MOST_WAYS]:
-            way = scale * (free @ vectors[:, k])
-            way /= np.abs(way).max()
-            # The same sign in every run: its first large number is positive.
-            first = way[np.flatnonzero(np.abs(way) > 0.5)[0]]
-            found.append(way if first > 0.0 else -way)
+        breaks = np.flatnonzero(np.diff(values[curved]) > _ALIKE * largest) + 1
+        for alike in np.split(curved, breaks)[:MOST_WAYS]:
+            own = free @ vectors[:, alike]
+            way = scale * (own @ (own.T @ nudge))
+            reach = self._region.reach(way)
+            if reach > 0.0:
+                found.append(way / reach)
         return found
 
 

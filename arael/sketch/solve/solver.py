@@ -54,6 +54,10 @@ LEFT_OUT, MOST_GAIN = 1.0 / 16.0, 4.0
 #: Unknowns of a search in a trial: a contradiction takes many trials.
 MOST_IN_TRIAL = 24
 
+#: Ends of solves that a search goes on from. Those that creep towards a side, or a singular state,
+#: end at a number of steps.
+_UNSOLVED = ("side", "stalled", "step_limit")
+
 _NONE: Mapping[str, float] = MappingProxyType({})
 
 
@@ -170,7 +174,7 @@ class Solver:
             self.layout.settled()
         else:
             self.layout.cross_back(moved)
-        if found.status in ("side", "stalled") and not self.layout.impossible:
+        if found.status in _UNSOLVED and not self.layout.impossible:
             return self.searched() or found
         return found
 

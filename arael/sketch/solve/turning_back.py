@@ -56,12 +56,37 @@ def _turned(
     inside: NDArray[np.bool_],
 ) -> Array | None:
     """The unknowns with one figure turned back; None where it cannot turn, or need not."""
-    axes = of.axes()
-    if (axes[inside] == 0).any():  # contacts and parameters of its own
-        return None
     old, new = _edges(before, lines), _edges(x, lines)
     angle = float(np.angle((new.conj() * old).sum()))
-    if abs(angle) < _NONE:
+    return None if abs(angle) < _NONE else _turn(of, x, lines, inside, angle)
+
+
+def turned_along(layout: Layout, line: int, angle: float) -> Array | None:
+    """All unknowns with the figure of a line turned as a whole; None where it is not free to.
+
+    Parameters
+    ----------
+    line : offset of its first number in the document
+    angle : radians
+    """
+    x = layout.gather().copy()
+    used = np.zeros(layout.rows.n, dtype=bool)
+    used[layout.rows.indices] = True
+    own = next((at for at in layout.roots(line + np.arange(4)).tolist() if used[at]), None)
+    if own is None:
+        return None
+    label = layout.components()[layout.rows.m :]
+    inside = (label == label[own]) & used
+    ends = layout.line_ends()
+    return _turn(layout, x, ends[inside[ends].any(axis=1)], inside, angle)
+
+
+def _turn(
+    of: Layout | Part, x: Array, lines: NDArray[np.int64], inside: NDArray[np.bool_], angle: float
+) -> Array | None:
+    """The unknowns with one figure turned by an angle; None where it is not free to turn."""
+    axes = of.axes()
+    if (axes[inside] == 0).any():  # contacts and parameters of its own
         return None
     xs = np.flatnonzero(inside & (axes == 1))
     held = lines[~inside[lines[:, [0, 2]]].all(axis=1)]

@@ -119,3 +119,20 @@ def test_a_line_across_an_arc_becomes_tangent_at_its_length(
     other = np.array(session.document.numbers_of("L0")).reshape(2, 2)[0 if turned else 1]
     if abs(math.sin(math.radians(angle))) < 0.1:
         assert other[1] == pytest.approx(4, abs=1e-6)
+
+
+def test_a_figure_that_is_free_turns_as_a_whole() -> None:
+    # Forty rectangles, corner to corner, of which the first is 80 degrees off.
+    turn = complex(math.cos(math.radians(80)), math.sin(math.radians(80)))
+    session, corner = Session(), 0j
+    for k in range(40):
+        width, height = 2 + 7 * k % 9, 1 + 5 * k % 6
+        places = [turn * (corner + one) for one in (0, width, width + 1j * height)]
+        session.run("add_rect3 " + " ".join(f"{z.real:.17g},{z.imag:.17g}" for z in places))
+        corner += width + 1j * height
+    before = [line(session, name) for name in session.document.entities]
+    session.run("horizontal L0")
+    after = [line(session, name) for name in session.document.entities]
+    for (was, old), (now, new) in zip(before, after, strict=True):
+        assert now == pytest.approx(was, rel=1e-9)
+        assert math.remainder(new - old + 80, 180) == pytest.approx(0, abs=1e-6)

@@ -103,8 +103,6 @@ def placed(seed: int, placing: Placing, steps: int) -> int:
 @pytest.mark.parametrize("seed", range(2, 6))
 @pytest.mark.parametrize("where", PLACES)
 def test_random_sketches_elsewhere_are_judged_and_drawn_alike(where: str, seed: int) -> None:
-    if (where, seed) == ("turned, large and far", 4):
-        pytest.xfail("a driven distance is refused in this place only: a trial finds no solution")
     placed(seed, PLACES[where], 30)
 
 
@@ -112,8 +110,7 @@ def test_random_sketches_elsewhere_are_judged_and_drawn_alike(where: str, seed: 
 def test_of_many_random_sketches_elsewhere_nearly_all_are_judged_and_drawn_alike() -> None:
     # Where a sketch has a solution almost, two that are equally near, or one at which an equation
     # is zero twice, rounding decides. Of these: parallels at the turn of an angle (seed 101), a
-    # symmetry of an arc's own ends (108), a distance of circles about one centre (121). What only a
-    # search fulfils is found in some places and not in others (102, 109, 124).
+    # symmetry of an arc's own ends (108), angles of parallels (102).
     other = []
     for where in PLACES:
         for seed in range(100, 125):
@@ -121,7 +118,7 @@ def test_of_many_random_sketches_elsewhere_nearly_all_are_judged_and_drawn_alike
                 placed(seed, PLACES[where], 30)
             except AssertionError as error:
                 other.append((where, seed, str(error).split("\n")[0]))
-    assert len(other) <= 0.13 * 25 * len(PLACES), other
+    assert len(other) <= 0.06 * 25 * len(PLACES), other
 
 
 @pytest.mark.parametrize("angle", range(0, 360, 24))
@@ -136,6 +133,28 @@ def test_circles_that_touch_one_way_as_well_as_the_other_touch_from_outside(
     session.run(f"add_circle {shift + x:.17g},{shift + y:.17g} 1.8 noconnect")
     session.run("tangent A0 A1")
     assert session.document.constraints["C0"].mode == "outside"
+
+
+@pytest.mark.parametrize("angle", range(0, 360, 24))
+@pytest.mark.parametrize(("scale", "shift"), [(1.0, 0.0), (1e6, 0.0), (1e-2, 7.0)])
+def test_straight_bars_bend_to_the_same_side_of_themselves(
+    angle: int, scale: float, shift: float
+) -> None:
+    # Both sides are as near: which is taken is a matter of the figure, not of axes and rounding.
+    placing = Placing(scale, angle, (shift, shift))
+    session = Session()
+    for line in (
+        "add_line <p:0,0> <p:10,0> <p:30,0> notangent",
+        "lock L0.p1 <p:0,0>",
+        "lock L1.p2 <p:30,0>",
+        "length L1 <l:20>",
+        "length L0 <l:12>",
+    ):
+        session.run(placing.line(line))
+    x = (12**2 + 30**2 - 20**2) / 60  # of the triangle 12, 20, 30
+    expected = placing.point(x, math.sqrt(12**2 - x * x))
+    found = coordinates_of(session.document, "L0.p2")
+    assert np.array(found) == pytest.approx(np.array(expected), abs=1e-6 * scale)
 
 
 def renumbered(document: Document, seed: int) -> Document:
