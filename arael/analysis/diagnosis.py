@@ -258,8 +258,8 @@ def _linearised(
                 "free",
                 f"{len(free)} of {free.parameters} directions are free: "
                 + "; ".join(one.words for one in free[:4]),
-                "anchor a pose, add a prior or measurements; if they should be free, a solve works "
-                "with damping, but there is no covariance",
+                "fix as many coordinates, add a prior or measurements; if they should be free, a "
+                "solve works with damping, but there is no covariance",
             )
         )
     decrement = float("nan")

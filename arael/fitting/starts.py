@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,12 @@ _SOLVED = 12
 """Candidates from which a solve starts."""
 _AGREE = 4
 """Solves that end at the least cost before the others are left out."""
+_MIRRORED = 8
+"""Most parameters whose signs are tried, in all combinations."""
+_TURNS = (2 * np.pi, 360.0)
+"""Periods of phases that are recognised."""
+_SAME = 1e-9
+"""Largest relative difference of the costs of equivalent values."""
 _STEPS = 40
 """Steps from each candidate before it is solved."""
 _SWEEP = 80
@@ -95,6 +102,42 @@ def _best_of(curve: Curve, tries: list[Array]) -> Array:
         agreeing += cost <= least * (1 + 1e-5)
         if agreeing >= _AGREE:
             break
+    return _upright(curve, best, least)
+
+
+def _upright(curve: Curve, found: Array, least: float) -> Array:
+    """The equivalent values that people expect: the fewest negative ones, and small phases.
+
+    Data cannot tell the signs of f and phi in ``cos(f * t + phi)``, nor turns of phi.
+    """
+    searched = [k for k, p in enumerate(curve.parameters) if p.start is None and not p.fixed]
+    if not 0 < len(searched) <= _MIRRORED:
+        return found
+    low = np.array([p.low for p in curve.parameters])
+    high = np.array([p.high for p in curve.parameters])
+
+    def is_equivalent(tried: Array) -> bool:
+        if not ((low <= tried) & (tried <= high)).all():
+            return False
+        with np.errstate(over="ignore", invalid="ignore"):
+            return abs(curve.cost(tried) - least) <= _SAME * least
+
+    best, signed = found, []
+    for k in searched:
+        for turn in _TURNS:
+            tried = best.copy()
+            tried[k] -= turn * (np.round(best[k] / turn) or 1.0)
+            if is_equivalent(tried):
+                best = tried if abs(tried[k]) < abs(best[k]) else best
+                break
+        else:
+            signed.append(k)
+    folded = best
+    for signs in product((1.0, -1.0), repeat=len(searched)):
+        tried = folded.copy()
+        tried[searched] *= signs
+        if (tried[signed] < 0).sum() < (best[signed] < 0).sum() and is_equivalent(tried):
+            best = tried
     return best
 
 

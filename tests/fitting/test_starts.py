@@ -100,3 +100,26 @@ def test_groups_with_different_nonlinear_parameters() -> None:
     )
     assert found.parameters["m[p]"] == pytest.approx(3)
     assert found.parameters["m[q]"] == pytest.approx(7)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    ("phase", "turn"), [("2 * pi * f * t + phi", 2 * np.pi), ("deg2rad(360 * f * t + phi)", 360.0)]
+)
+def test_frequencies_are_positive_and_phases_small(seed: int, phase: str, turn: float) -> None:
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, 3, 120)
+    y = 0.8 * np.exp(-0.6 * t) * np.cos(2 * np.pi * (2.3 * t + 0.06))
+    y += 0.02 * rng.normal(size=120)
+    found = arael.fit(f"y = A * exp(-d * t) * cos({phase})", {"t": t, "y": y})
+    assert found["f"] == pytest.approx(2.3, abs=0.02)
+    assert abs(found["phi"]) <= turn / 2
+    at = np.exp(2j * np.pi * found["phi"] / turn)
+    assert found["A"] * at == pytest.approx(0.8 * np.exp(0.12j * np.pi), abs=0.05)
+    # Where a sign is known from the data, or bounded, it stays.
+    y = -3 * np.exp(-0.5 * t)
+    assert arael.fit("y = a * exp(b * t)", {"t": t, "y": y}).parameters == pytest.approx(
+        {"a": -3, "b": -0.5}
+    )
+    both = arael.fit("y = w^2 * t^2", {"t": t, "y": 4 * t**2}, bounds={"w": (-9, -1)})
+    assert both["w"] == pytest.approx(-2)
