@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -40,6 +41,9 @@ FAR = 0.5
 """Points are left out that are farther from 96 % of the points than this share of their extent."""
 SIZES = (0.006, 0.04)
 """Least and largest size of the median ellipse, as a share of the extent: others are scaled."""
+
+LENGTH = re.compile(r"([numcdkM]?m|met(er|re)s?|ft|inch)?")
+"""Units of places; vectors in others, such as velocities and focal lengths, are no places."""
 
 WORLD_TO_BODY = {("BundleAdjustment", "cameras"): "r"}
 """Rotations that, with the translation beside, lead from the world to a body, by root and path."""
@@ -87,6 +91,12 @@ class Map:
     unit: str = "m"
     up: str = "z"
 
+    @property
+    def is_a_point(self) -> bool:
+        """Whether all of several rows are at one place, as before a solve from no start."""
+        places = [one.places for one in self.points.values()]
+        return sum(map(len, places)) > 1 and all((one == places[0][0]).all() for one in places)
+
 
 def map_of(instance: Any, layout: Layout, uncertain: bool = False) -> Map | None:
     """The map of a model; None if no row of it has a place.
@@ -117,14 +127,19 @@ def map_of(instance: Any, layout: Layout, uncertain: bool = False) -> Map | None
 def _place_columns(instance: Any, layout: Layout) -> dict[str, str]:
     """The parameter that is the place, by collection: a vector or a transform."""
     found: dict[str, str] = {}
+    pixels: dict[str, str] = {}
     for entity in layout.entities:
         for use in entity.params:
             plane = use.kind == "vec" and use.stored in (2, 3)
             nested = not entity.table or layout.table(entity.table).parent
             place = plane or use.kind in ("transform", "similarity")
             if place and not nested and len(instance[entity.table]):
-                found.setdefault(entity.table, use.column)
-    return found
+                unit = layout.table(entity.table).column(use.column).unit
+                if LENGTH.fullmatch(unit) or not plane:
+                    found.setdefault(entity.table, use.column)
+                elif unit == "px":
+                    pixels.setdefault(entity.table, use.column)
+    return found or pixels
 
 
 def _places(instance: Any, layout: Layout, table: str, column: str) -> Array:

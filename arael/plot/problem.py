@@ -67,7 +67,8 @@ def model_figure(
 ) -> Figure:
     """The map of a model, its residuals, or the pattern of J'J.
 
-    ``auto`` is the map; of a model without places the residuals, and without these the pattern.
+    ``auto`` is the map; of a model without places, or with all of them in one, the residuals, and
+    without these the pattern.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def model_figure(
         raise wrong_argument("plot", "what", f"one of {', '.join(get_args(What))}", what)
     check_view(view)
     drawn = map_of(instance, layout, uncertain) if what in ("auto", "map") else None
-    if drawn is not None:
+    if drawn is not None and (what == "map" or not drawn.is_a_point):
         return map_figure(drawn, title, view=view)
     if what == "map":
         advice = "residuals or hessian: no row of the model has a place of two or three numbers"

@@ -130,3 +130,33 @@ def test_residuals_of_run_time_are_drawn_too() -> None:
     model.solve()
     titles = [axes.get_title(loc="left") for axes in model.plot("residuals").axes]
     assert titles[0].startswith("later: 1 residuals") or titles[2].startswith("later: 1 residuals")
+
+
+MIXED = """
+struct Camera { param f: vec2 [px] = [600, 600]; param v: vec3 [m/s] = [1, 2, 3] }
+struct View { param v: vec3 [m/s] = [0, 0, 0]; param t: vec3 [m] = [0, 0, 0] }
+root Rig { cameras: list of Camera; views: list of View
+    fit views as w { [w.t / 1 [m], w.v / 1 [m/s]] } }
+"""
+
+
+def test_only_lengths_are_places() -> None:
+    rig = arael.loads(MIXED, interpret=True)()
+    rig.cameras.extend(2)
+    rig.views.extend(t=[[0, 0, 1], [1, 0, 2]])
+    drawn = map_of(rig, type(rig).layout)
+    assert drawn is not None and list(drawn.points) == ["views"] and drawn.unit == "m"
+    np.testing.assert_array_equal(drawn.points["views"].places, [[0, 0, 1], [1, 0, 2]])
+    rig.views.clear()
+    drawn = map_of(rig, type(rig).layout)
+    assert drawn is not None and list(drawn.points) == ["cameras"] and drawn.unit == "px"
+
+
+@needs("matplotlib")
+def test_a_map_of_one_place_gives_way_to_the_residuals() -> None:
+    rig = arael.loads(MIXED, interpret=True)()
+    rig.views.extend(3)
+    assert "residual" in rig.plot().axes[0].get_ylabel()
+    assert rig.plot("map").axes[0].get_ylabel() == "y [m]"
+    rig.views[1].t = [1, 0, 0]
+    assert "m]" in rig.plot().axes[0].get_ylabel()
