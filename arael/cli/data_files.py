@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import click
 
 import arael
+from arael.cli.guess import Guess
 from arael.io import formats
 from arael.io.files import shown
 from arael.io.several import read_several, split
@@ -77,6 +78,24 @@ def _information(
     if len(found) not in (1, 2) or not all(0 < value < math.inf for value in found):
         raise click.BadParameter(f"expected one or two positive numbers, found '{text}'")
     return found[0], found[-1]
+
+
+def model_with_data(
+    guess: Guess,
+    format: str | None,
+    collection: str | None,
+    fields: dict[str, str] | None,
+    information: tuple[float, float] | None,
+    precision: Any = None,
+    quiet: bool = False,
+) -> Any:
+    """An instance of the guessed model with its data; what was guessed is said unless `quiet`."""
+    if not quiet:
+        guess.announce()
+    kind: Any = arael.load(guess.model, precision=precision)
+    instance = kind()
+    read_data(instance, guess.data, format, collection or guess.collection, fields, information)
+    return instance
 
 
 def read_data(

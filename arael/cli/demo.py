@@ -20,12 +20,11 @@ from arael.cli.options import (
     solver_option,
     threads_option,
 )
-from arael.cli.solve import require_writable
+from arael.cli.solve import require_picture
 from arael.demo import linear as linear_demo
 from arael.demo import localization as localization_demo
 from arael.demo import slam as slam_demo
 from arael.demo.scene_run import SolveOptions
-from arael.plot.figure import check_format, require_matplotlib
 from arael.scenes import demo_config
 
 
@@ -141,10 +140,7 @@ def _how(options: dict[str, Any]) -> Any:
 def _present(demo: Any, run: Callable[[], Any], options: dict[str, Any]) -> int:
     """Run a demo, print its report, draw its figures."""
     picture = plot_target(options["plot"], demo.__name__.rpartition(".")[2])
-    if picture is not None:
-        require_matplotlib()
-        check_format(Path(picture))
-        require_writable(picture)
+    require_picture(picture)
     done = run()
     written = demo.plot(done, Path(picture)) if picture is not None else []
     if options["as_json"]:

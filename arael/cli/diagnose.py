@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import click
 
-import arael
-from arael.cli.data_files import data_options, joined, read_data
+from arael.cli.data_files import data_options, joined, model_with_data
 from arael.cli.exits import Exit
 from arael.cli.guess import model_and_data
 from arael.cli.instances import apply_settings
@@ -70,13 +68,10 @@ def command(
     guess = model_and_data(arguments, format)
     if not guess.data:
         raise click.UsageError(f"missing argument 'DATA...': arael diagnose {guess.model} DATA")
-    if not as_json:
-        guess.announce()
-    loaded: Any = arael.load(guess.model, precision=precision)  # type: ignore[arg-type]
-    instance = loaded()
-    given = collection or guess.collection
-    read_data(instance, guess.data, format, given, fields, information)
-    apply_settings(instance, loaded.layout, settings)
+    instance = model_with_data(
+        guess, format, collection, fields, information, precision, quiet=as_json
+    )
+    apply_settings(instance, type(instance).layout, settings)
     if judged:
         title = f"verdict on {shown(guess.model)} with {shown(joined(guess.data))}"
         return judge(instance, solved_kindly(instance, solver), title, report, plot, image, as_json)

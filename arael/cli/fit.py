@@ -165,7 +165,7 @@ def _bounds(items: tuple[str, ...]) -> dict[str, tuple[float | None, float | Non
 def _check_targets(output: str | None, plot: str | None) -> None:
     """Reject output files that cannot be written, before the fit."""
     # imported here: start-up time
-    from arael.cli.solve import require_writable
+    from arael.cli.solve import require_picture, require_writable
 
     if output is not None and Path(output).suffix.lower() not in (".csv", ".json"):
         # imported here: start-up time
@@ -177,14 +177,8 @@ def _check_targets(output: str | None, plot: str | None) -> None:
             f"--output {output}",
             f"for instance {Path(output).with_suffix('.csv').name}",
         )
-    if plot is not None:
-        # imported here: start-up time
-        from arael.plot.figure import check_format, require_matplotlib
-
-        require_matplotlib()
-        check_format(Path(plot))
-    for path in (output, plot):
-        require_writable(path)
+    require_picture(plot)
+    require_writable(output)
 
 
 def _write(found: Fit, output: str | None, plot: str | None, level: float) -> list[str]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from arael.cli.pages import rendered
 from arael.cli.questions import tables_of
 from arael.display.measured import measured
 from arael.io.files import shown, write_whole
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from arael.result import Result
     from arael.runtime.layout import Layout
 
-_PAGE = Path(__file__).with_name("report.html")
 _SCALARS = ("parameter", "value", "standard deviation", "unit", "")
 _ROWS = 3000
 """Most scalars of a collection that are listed."""
@@ -50,15 +49,10 @@ def write_report(
     AraelError
         E0715 if the file cannot be written; an old file is then unchanged.
     """
-    # imported here: start-up time
-    from jinja2 import Environment, StrictUndefined
-
-    page = Environment(autoescape=True, undefined=StrictUndefined).from_string(
-        _PAGE.read_text(encoding="utf-8")
-    )
     details = instance.report(scale)
     notes = dict.fromkeys((*solution.notes, *details.notes))
-    text = page.render(
+    text = rendered(
+        "report.html",
         title=f"{shown(model)} on {shown(data)}",
         result=result,
         scalars=[(s.name, *measured(s.value, s.sigma), s.unit, s.note) for s in solution.scalars],

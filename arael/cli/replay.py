@@ -10,12 +10,11 @@ from typing import Any
 import click
 import numpy as np
 
-import arael
-from arael.cli.data_files import data_options, read_data
+from arael.cli.data_files import data_options, model_with_data
 from arael.cli.exits import Exit
 from arael.cli.guess import model_and_data
 from arael.cli.options import json_option
-from arael.cli.solve import require_writable
+from arael.cli.solve import require_picture
 from arael.online.recording import Recording
 from arael.online.update import TOLERANCE
 
@@ -46,21 +45,11 @@ def command(
 
     The model is found as `arael solve` finds it.
     """
-    if plot is not None:
-        # imported here: start-up time
-        from arael.plot.figure import check_format, require_matplotlib
-
-        require_matplotlib()
-        check_format(Path(plot))
-        require_writable(plot)
+    require_picture(plot)
     guess = model_and_data(arguments, format)
-    if not as_json:
-        guess.announce()
-    kind: Any = arael.load(guess.model)
-    whole = kind()
-    read_data(whole, guess.data, format, collection or guess.collection, fields, information)
+    whole = model_with_data(guess, format, collection, fields, information, quiet=as_json)
     recording = Recording(whole, by, every)
-    found = _replay(recording, kind(), tolerance, max_seconds)
+    found = _replay(recording, type(whole)(), tolerance, max_seconds)
     if plot is not None:
         _draw(found["milliseconds"], f"updates of {Path(guess.data[-1]).name}", plot)
     if as_json:

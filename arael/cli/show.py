@@ -10,14 +10,14 @@ import click
 import numpy as np
 
 import arael
-from arael.cli.data_files import data_options, named, read_data
+from arael.cli.data_files import data_options, model_with_data, named
 from arael.cli.exits import Exit
 from arael.cli.guess import is_sketch, model_and_data
 from arael.cli.instances import row_counts
 from arael.cli.options import json_option, view_option
-from arael.cli.solve import require_writable
+from arael.cli.solve import require_picture
 from arael.io import formats
-from arael.plot.figure import check_format, require_matplotlib, save
+from arael.plot.figure import save
 from arael.plot.map import Links, Map, Points, View, map_figure
 from arael.plot.problem import model_figure
 from arael.plot.table import table_figure
@@ -58,24 +58,18 @@ def command(
     target = Path(output or f"{stem}.png")
     if len(arguments) == 1 and _is_drawing(last):
         return _show_sketch(last, target, as_json)
-    require_matplotlib()
-    check_format(target)
-    require_writable(str(target))
+    require_picture(str(target))
     drawn = None
     if len(arguments) == 1:
         drawn = _without_model(last, format)
     if drawn is None:
         guess = model_and_data(arguments, format)
-        if not as_json:
-            guess.announce()
-        kind: Any = arael.load(guess.model)
-        instance = kind()
-        given = collection or guess.collection
-        read_data(instance, guess.data, format, given, fields, information)
-        counts = {k: n for k, n in row_counts(instance, kind.layout).items() if n}
+        instance = model_with_data(guess, format, collection, fields, information, quiet=as_json)
+        layout = type(instance).layout
+        counts = {k: n for k, n in row_counts(instance, layout).items() if n}
         held = ", ".join(f"{n} {path}" for path, n in counts.items())
-        title = f"{named(guess.data)} ({kind.layout.name})"
-        figure = model_figure(instance, kind.layout, view=view, title=title, uncertain=False)
+        title = f"{named(guess.data)} ({layout.name})"
+        figure = model_figure(instance, layout, view=view, title=title, uncertain=False)
         drawn = held, {"model": guess.model, "rows": counts}, figure
     text, found, figure = drawn
     written = save(figure, target)

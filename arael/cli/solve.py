@@ -390,6 +390,24 @@ def require_writable(path: str | None) -> None:
     )
 
 
+def require_picture(path: str | None) -> None:
+    """Check before a solve that its picture can be drawn and written.
+
+    Raises
+    ------
+    AraelError
+        E0853; E0860 without matplotlib, E0861 for what is no format of pictures.
+    """
+    if path is None:
+        return
+    # imported here: start-up time
+    from arael.plot.figure import check_format, require_matplotlib
+
+    require_matplotlib()
+    check_format(Path(path))
+    require_writable(path)
+
+
 def _check_kernels(interpret: bool, compiled: bool) -> bool | None:
     """Whether to interpret: as asked, or None to decide by the compiler; E0851 for both."""
     if interpret and compiled:
@@ -470,13 +488,8 @@ def _check_targets(
         check_ending(covariance)
     if report is not None:
         _check_report(report)
-    if plot is not None:
-        # imported here: start-up time
-        from arael.plot.figure import check_format, require_matplotlib
-
-        require_matplotlib()
-        check_format(Path(plot))
-    for path in (output, covariance, plot, report):
+    require_picture(plot)
+    for path in (output, covariance, report):
         require_writable(path)
 
 

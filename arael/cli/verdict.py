@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import click
 
 from arael.cli.exits import Exit
+from arael.cli.pages import rendered
 from arael.diagnostics.records import AraelError
 from arael.io import formats
 from arael.io.columns import scalar_names
@@ -22,7 +23,6 @@ from arael.io.several import split
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_PAGE = Path(__file__).with_name("verdict.html")
 _KEEPS = 1e-12
 """`min_diagonal` of the solve: parameters without any effect keep their values and are reported."""
 
@@ -187,13 +187,14 @@ def _line(result: Any) -> str:
 def _page(
     instance: Any, found: Any, result: Any, title: str, image: tuple[float, float] | None
 ) -> str:
-    # imported here: start-up time
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined)
-    page = environment.from_string(_PAGE.read_text(encoding="utf-8"))
-    return page.render(
-        title=title, result=_line(result), verdict=found, figure=_figure(instance, image)
+    noise = [(one.label, f"{one.ratio:.3g}", f"{one.freedom:.0f}") for one in found.noise]
+    return rendered(
+        "verdict.html",
+        title=title,
+        result=_line(result),
+        verdict=found,
+        noise=noise,
+        figure=_figure(instance, image),
     )
 
 

@@ -150,3 +150,10 @@ def test_wrong_options_are_refused(arael: Arael, ranger: tuple[Path, Path], tmp_
         found = arael("diagnose", *ranger, *options)
         assert found.code == 2, options
         assert words in found.err, found.err
+
+
+def test_pages_share_one_head() -> None:
+    folder = Path(arael.__file__).parent / "cli"
+    pages = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.html")}
+    assert [name for name, text in pages.items() if "<style>" in text] == ["page.html"]
+    assert all('extends "page.html"' in pages[name] for name in ("report.html", "verdict.html"))
