@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import arael
 from tests.cli.conftest import Arael
 from tests.optional import needs
 
