@@ -358,9 +358,13 @@ def fixed_lag(poses: int, window: int = 30) -> list[str]:
     refs = deque([model.poses.append(t=[0, 0], th=0)], maxlen=window + 1)
     model.anchors.append(pose=refs[0], t=[0, 0], th=0, u=2 * u)
     times, memory, full = np.zeros(poses), np.zeros(poses), 0
+    place, fix = np.zeros(3), np.diag([1.0, 1.0, 10.0])
     for k in range(poses):
-        # The way bends to and fro; odometry, and every third step a sight of three poses back.
+        # The way bends to and fro; odometry, every third step a sight of three poses back, and
+        # every tenth a coarse fix, without which the covariance of the window grows without end.
         bend = 0.1 * np.cos(0.01 * k)
+        c, s = np.cos(place[2]), np.sin(place[2])
+        place = place + [c, s, bend]
         last, back = refs[-1], refs[-3] if k % 3 == 2 and len(refs) > 3 else None
         d, turn = [1.0, 0.0] + 0.02 * rng.normal(size=2), bend + 0.005 * rng.normal()
         t, th = compose(True, last.t.value, last.th.value, d, turn)
@@ -373,6 +377,8 @@ def fixed_lag(poses: int, window: int = 30) -> list[str]:
         model.edges.append(a=last, b=pose, t=d, th=turn, u=u)
         if back is not None:
             model.edges.append(a=back, b=pose, t=way, th=far, u=u)
+        if k % 10 == 0:
+            model.anchors.append(pose=pose, t=place[:2] + rng.normal(size=2), th=place[2], u=fix)
         full += model.update().full
         value_of(pose.t)
         if len(model.poses) > window:

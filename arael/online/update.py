@@ -22,8 +22,9 @@ from arael.session import Session, session_of
 
 # Residuals that are off by more than this part of their root mean square from what the
 # linearisation predicts have their parameters linearised anew. Steps are as exact, by the standard
-# deviations of each scalar given all others. On public pose graphs costs stay within 1e-6 of the
-# optimum; 1e-3 left them 5e-6 above it in the same time, as what is neglected adds up.
+# deviations of each scalar given all others. On public pose graphs costs stay within 4e-6 of the
+# optimum, most steps within 1e-6; 1e-3 left them 5e-6 above it in the same time, as what is
+# neglected adds up.
 TOLERANCE = 1e-5
 
 # Residuals are seldom as large as their standard deviations say. Tolerances are by their root mean
