@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 #: Unknowns of a proof at most: its matrices are dense.
 MOST_UNKNOWNS = 60
-#: Residuals, relative to the drawing's size, from which on equations are open.
+#: Residuals, relative to the figure's size, from which on equations are open.
 OPEN = 1e-7
 #: What may be left of the gradient, relative to the residuals.
 STATIONARY = 1e-4
@@ -39,11 +39,11 @@ EVALUATIONS = 200
 PULLS = 1e-4
 #: Sums that differ by less than this share are the same.
 SAME = 1e-4
-#: How far starts are from the drawing, relative to its size.
+#: How far starts are from the drawing, relative to the figure's size.
 STARTS = (0.0, 0.02, 0.1, 0.3)
 #: Steps of a minimisation on all sides: those that end take up to 60; the others creep.
 MOST_STEPS = 100
-#: Step for curvatures, relative to the drawing's size.
+#: Step for curvatures, relative to the figure's size.
 STEP = 1e-5
 
 
@@ -63,11 +63,11 @@ def proven(solver: Solver, names: Sequence[str]) -> bool:
         return False
     if Search(solver, x, names).solution() is not None:
         return False
-    least = Least(region, x, layout.size)
+    least = Least(region, x, region.size)
     found = least.lowest(solver)
     if not found or not least.is_minimum(found[0]):
         return False
-    shorter = Least(region, x, layout.size, SHORTER).lowest(solver)
+    shorter = Least(region, x, region.size, SHORTER).lowest(solver)
     return bool(shorter) and least.value(shorter[0]) > OPEN**2
 
 
@@ -79,7 +79,7 @@ def pulling(solver: Solver, names: Sequence[str]) -> tuple[str, ...]:
     region = Region(solver, x, names)
     if not region.is_open or len(region.columns) > MOST_UNKNOWNS:
         return ()
-    least = Least(region, x, layout.size)
+    least = Least(region, x, region.size)
     found = least.lowest(solver)
     if not found:
         return ()
@@ -93,13 +93,13 @@ def pulling(solver: Solver, names: Sequence[str]) -> tuple[str, ...]:
 
 
 class Least:
-    """The least sum of squared residuals of a region, with the drawing's size as the unit.
+    """The least sum of squared residuals of a region, with the figure's size as the unit.
 
     Parameters
     ----------
     region : equations and sides
     x : (n,) unknowns of the layout
-    size : of the drawing
+    size : of the figure
     kept : share of what they are now that lengths and sides keep
     """
 

@@ -35,6 +35,12 @@ def test_contradictions_are_proven(script: str, line: str) -> None:
     assert code(session, line)[0] == "E1231"
 
 
+def test_a_small_figure_in_a_large_drawing_is_proven_impossible() -> None:
+    session = Session()
+    session.run("add_rect 0,0 5,3; add_rect 5,3 9,5; length L0 4; add_line 0,-5 1e5,-5")
+    assert code(session, "parallel L0 L1")[0] == "E1231"
+
+
 #: What has a solution, which steps of least change do not find.
 SOLVABLE = [
     ("add_line 0,0 10,0 20,0; length L0 10; length L1 10; lock L0.p1", "distance L0.p1 L1.p2 15"),
