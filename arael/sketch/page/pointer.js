@@ -40,7 +40,7 @@ export class Pointer {
     canvas.addEventListener("pointermove", (event) => event.timeStamp > taken && this._move(event));
     canvas.addEventListener("pointerup", (event) => this._up(event));
     canvas.addEventListener("pointercancel", (event) => this._cancel(event));
-    canvas.addEventListener("pointerleave", () => this._leave());
+    canvas.addEventListener("pointerleave", (event) => this._leave(event));
     canvas.addEventListener("wheel", (event) => this._wheel(event), { passive: false });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     // else a tap ends as a click of a mouse, which takes the focus from what the tap has opened
@@ -167,11 +167,13 @@ export class Pointer {
     this.app.drag.cancel();
   }
 
-  _leave() {
+  /** @param {PointerEvent} event */
+  _leave(event) {
     const { current } = this.app.tools;
     if (this._press) return;
     this.app.store.hover([]);
-    current.place = null;
+    // a finger leaves after every tap: values are typed for the place where that was
+    if (event.pointerType !== "touch") current.place = null;
     this.app.renderer.overlayChanged();
   }
 

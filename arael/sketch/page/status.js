@@ -14,14 +14,21 @@ const RESTS = 120;
 export function mountStatus(app, element) {
   const { store, view, wire } = app;
   const hint = h("span", { class: "status-hint", role: "status" });
+  const values = h("span", { class: "status-values" });
   const busy = h("span", { class: "status-busy", hidden: true });
   const place = h("span", { class: "status-place" });
   const scale = h("span", { class: "status-scale" });
   const others = h("span", { class: "status-others" });
   const link = h("span", { class: "status-link", role: "status" });
-  fill(element, hint, busy, place, scale, permissionsBar(app), others, link);
+  fill(element, hint, values, busy, place, scale, permissionsBar(app), others, link);
 
-  app.addEventListener("hint", (event) => fill(hint, /** @type {CustomEvent} */ (event).detail));
+  app.addEventListener("hint", (event) => {
+    fill(hint, /** @type {CustomEvent} */ (event).detail);
+    // without a keyboard a value is typed after a tap
+    const { current } = app.tools;
+    const fields = current.begun ? current.fields() : [];
+    fill(values, ...fields.map(({ title }, i) => h("button", { class: "button", onclick: () => app.tools.express("", i) }, title)));
+  });
   const showPlace = () => {
     const at = app.tools.current.place?.at;
     const { factor } = store.lengths;

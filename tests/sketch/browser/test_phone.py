@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -77,6 +78,25 @@ def test_a_line_is_drawn_by_touch(page: Any) -> None:
     for x, y in ((90, 200), (290, 320)):
         page.touchscreen.tap(box["x"] + x, box["y"] + y)
     wait(page, "app.store.entities.size === 1")
+
+
+def test_the_prompt_stays_and_values_are_typed_while_drawing(page: Any) -> None:
+    prompt = page.locator("#status .status-hint")
+    page.locator("#left [data-action=tool_line]").tap()
+    assert prompt.inner_text() == "start of the line"
+    before = page.locator("#canvas").bounding_box()
+    page.touchscreen.tap(before["x"] + 90, before["y"] + 200)
+    assert prompt.inner_text().startswith("end of the line")
+    page.locator(".status-values").get_by_text("length").tap()
+    page.locator("#typed").fill("12")
+    page.locator(".status-values").get_by_text("angle").tap()
+    page.locator("#typed").fill("30")
+    page.locator("#typed").press("Enter")
+    wait(page, "app.store.dimensions.size === 2")
+    x1, y1, x2, y2 = page.evaluate("[...app.store.numbers('L0')]")
+    turned = math.radians(30)
+    assert (x2 - x1, y2 - y1) == pytest.approx((12 * math.cos(turned), 12 * math.sin(turned)))
+    assert page.locator("#canvas").bounding_box() == before
 
 
 def test_what_fits_the_selection_is_offered_without_moving_the_drawing(page: Any) -> None:

@@ -127,13 +127,14 @@ export class Toolbox extends EventTarget {
     }
     return false;
   }
-  /** The value that is typed goes on in a field over the drawing, where names complete. @param {string} [more]  what is typed next */
-  express(more = "") {
+  /** The value that is typed goes on in a field over the drawing, where names complete. @param {string} [more]  what is typed next @param {number} [index]  of the field */
+  express(more = "", index = this.current.typed.active) {
     const { app, current: tool } = this;
     const fields = tool.fields();
     const { typed } = tool;
-    const field = fields[Math.min(typed.active, fields.length - 1)];
-    if (!field) return;
+    if (!fields.length) return;
+    typed.active = Math.min(index, fields.length - 1);
+    const field = fields[typed.active];
     const { id, title, quantity } = field;
     /** @param {string} text @param {number} [number] */
     const write = (text, number) => {
