@@ -6,7 +6,7 @@ import json
 
 import click
 
-from arael.cli.data_files import data_options, joined, model_with_data
+from arael.cli.data_files import data_options, model_with_data, named
 from arael.cli.exits import Exit
 from arael.cli.guess import model_and_data
 from arael.cli.instances import apply_settings
@@ -18,7 +18,6 @@ from arael.cli.verdict import (
     solved_kindly,
     verdict_options,
 )
-from arael.io.files import shown
 
 
 @click.command("diagnose", short_help="Explain why a problem does not converge.")
@@ -73,7 +72,7 @@ def command(
     )
     apply_settings(instance, type(instance).layout, settings)
     if judged:
-        title = f"verdict on {shown(guess.model)} with {shown(joined(guess.data))}"
+        title = f"verdict on {named([guess.model])} with {named(guess.data)}"
         return judge(instance, solved_kindly(instance, solver), title, report, plot, image, as_json)
     if candidates is not None:
         solved_kindly(instance, solver)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from arael.cli.pages import rendered
 from arael.cli.questions import tables_of
 from arael.display.measured import measured
-from arael.io.files import shown, write_whole
+from arael.io.files import write_whole
 from arael.plot.history import history_figure
 from arael.plot.map import map_figure, map_of
 from arael.plot.problem import outcome_of
@@ -38,8 +38,7 @@ def write_report(
     solution: Solution,
     answers: Sequence[Any],
     scale: str,
-    model: str,
-    data: str,
+    title: str,
     path: str,
 ) -> None:
     """Write a solve as HTML: solution, fit, parameters by collection, costs, timings, figures.
@@ -53,7 +52,7 @@ def write_report(
     notes = dict.fromkeys((*solution.notes, *details.notes))
     text = rendered(
         "report.html",
-        title=f"{shown(model)} on {shown(data)}",
+        title=title,
         result=result,
         scalars=[(s.name, *measured(s.value, s.sigma), s.unit, s.note) for s in solution.scalars],
         scalar_head=_SCALARS,

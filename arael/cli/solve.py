@@ -16,7 +16,7 @@ import arael
 from arael import starts
 from arael.cli import summary as outcome
 from arael.cli.cluster import cluster_options
-from arael.cli.data_files import data_options, joined, named, read_data
+from arael.cli.data_files import data_options, named, read_data
 from arael.cli.exits import Exit
 from arael.cli.guess import model_and_data
 from arael.cli.instances import apply_settings
@@ -291,8 +291,7 @@ def command(
             solution,
             answers,
             scale,
-            model,
-            joined(data),
+            f"{named([model])} on {named(data)}",
             report,
         )
         written.append(report)
@@ -459,8 +458,7 @@ def _write_report(
     solution: Any,
     answers: list[Any],
     scale: str,
-    model: str,
-    data: str,
+    title: str,
     path: str,
 ) -> None:
     """Write the report in the format that the ending of its name gives."""
@@ -470,11 +468,11 @@ def _write_report(
         from arael.cli.text_report import write_text_report
 
         markdown = ending == ".md"
-        write_text_report(instance, result, solution, answers, scale, model, data, path, markdown)
+        write_text_report(instance, result, solution, answers, scale, title, path, markdown)
         return
     from arael.cli.html_report import write_report
 
-    write_report(instance, layout, result, solution, answers, scale, model, data, path)
+    write_report(instance, layout, result, solution, answers, scale, title, path)
 
 
 def _check_targets(

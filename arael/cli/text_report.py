@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from arael.cli.questions import lines_of
-from arael.io.files import shown, write_whole
+from arael.io.files import write_whole
 
 if TYPE_CHECKING:
     from arael.cli.solution import Solution
@@ -19,8 +19,7 @@ def write_text_report(
     solution: Solution,
     answers: Sequence[Any],
     scale: str,
-    model: str,
-    data: str,
+    title: str,
     path: str,
     markdown: bool,
 ) -> None:
@@ -31,7 +30,6 @@ def write_text_report(
     AraelError
         E0715 if the file cannot be written; an old file is then unchanged.
     """
-    title = f"{shown(model)} on {shown(data)}"
     sections = _sections(instance, result, solution, answers, scale)
     lines = list(_markdown(title, sections) if markdown else _plain(title, sections))
     text = "\n".join(lines) + "\n"

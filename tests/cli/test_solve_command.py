@@ -237,10 +237,10 @@ def test_plot_writes_pictures(arael: Arael, line: Path) -> None:
 @needs("matplotlib")
 def test_report_is_one_page_and_escapes_names(arael: Arael, line: Path) -> None:
     (line / "a&b.json").write_text((line / "line.json").read_text())
-    done = arael("solve", "line.arael", "a&b.json", "--report", "r.html")
+    done = arael("solve", str(line / "line.arael"), str(line / "a&b.json"), "--report", "r.html")
     assert done.code == 0
     page = (line / "r.html").read_text()
-    assert "line.arael on a&amp;b.json" in page
+    assert "<h1>line.arael on a&amp;b.json</h1>" in page  # without the folders of this machine
     assert "<td>Line.points</td>" in page
     assert "<svg" in page
     assert "src=" not in page
