@@ -164,7 +164,20 @@ def solve(
             linear, seconds = session.linear(problem, solver, options)
             try:
                 with blas_threads(pass_config.num_threads):
-                    outcome = _minimise(problem, pass_config, linear, write, seconds)
+                    if any(group.moves_rows for group in problem.layout.groups):
+                        # imported here: start-up time; few models look up parameters
+                        from arael.runtime.following import follow
+
+                        def posed_again(before: Problem) -> tuple[Problem, LinearSolver, float]:
+                            before.write_back()
+                            again = current_problem(model, session, now)
+                            return again, *session.linear(again, solver, options)
+
+                        problem, linear, outcome = follow(
+                            problem, pass_config, linear, write, seconds, _minimise, posed_again
+                        )
+                    else:
+                        outcome = _minimise(problem, pass_config, linear, write, seconds)
             except SolveError as error:
                 if error.best is not None:
                     if isinstance(error, FunctionError):

@@ -1,20 +1,23 @@
 """Rule: ``track.at(t, pos)`` looks a column up between the rows of a collection with a key.
 
-Allowed: on a collection whose struct has a number as ``key``: a column of data, read at an argument
-that may depend on parameters; ``linear`` (the default), ``cubic`` or ``bspline(k)``; ``wrapped``
-for angles; ``clamp``; ``rate`` in place of ``at`` for the derivative.
+Allowed: on a collection whose struct has a number as ``key``: a column of data, or a parameter of
+the rows, read at an argument that may depend on parameters; ``linear`` (the default), ``cubic`` or
+``bspline(k)``; ``wrapped`` for angles; ``clamp``; ``rate`` and ``acceleration`` in place of ``at``
+for the first and the second derivative.
 
-Not allowed: a parameter of the rows; matrices, truth values and text; a look-up within the argument
-of another; an argument that differs from row to row of a sum.
+Not allowed: parameters that are Euler angles, directions or similarities, or of components;
+matrices, truth values and text; a look-up within the argument of another; an argument that differs
+from row to row of a sum.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Hashable
+from dataclasses import dataclass, fields
 
-from arael.check.binding import BROKEN, Binding, Broken, Collection
+from arael.check.binding import BROKEN, Binding, Broken, Collection, Entity
 from arael.check.declared import FieldDecl
-from arael.check.field_reads import row_is_there
+from arael.check.field_reads import read_column, row_is_there
 from arael.check.places import Place
 from arael.check.suggest import did_you_mean
 from arael.check.typed import (
@@ -34,14 +37,18 @@ from arael.check.units import Unit
 from arael.check.units_messages import unit_text, written
 from arael.check.units_quantities import UNKNOWN, Clash, all_joined, joined
 from arael.check.walk import postorder
-from arael.diagnostics.records import Label
+from arael.diagnostics.records import Label, Span
+from arael.runtime.layout import Step
 from arael.syntax import tree
 
-METHODS = ("at", "rate")
+METHODS = ("at", "rate", "acceleration")
+"""By the derivative that each is."""
 ORDERS = range(2, 7)
 """Of B-splines: the number of control points that a value depends on."""
 
 _OPTIONS = ("linear", "cubic", "bspline", "wrapped", "clamp")
+_INTERPOLATED = ("real", "vec", "angle", "rotation", "quaternion", "transform")
+"""Kinds of parameters that have a value between rows."""
 
 
 @dataclass
@@ -50,6 +57,13 @@ class _Options:
     spline: bool = False
     wrapped: bool = False
     clamp: bool = False
+
+
+@dataclass
+class _Column:
+    path: str
+    field: FieldDecl
+    place: Place  # of the struct that has the field
 
 
 def look_up(t: Typist, node: tree.Call, func: tree.Attribute, table: Collection) -> Binding:
@@ -101,14 +115,13 @@ def _made(
     func: tree.Attribute,
     table: Collection,
     argument: Typed,
-    column: tuple[str, FieldDecl],
+    column: _Column,
     options: _Options,
 ) -> Binding:
-    place = table.site.place
-    path, field = column
+    place, field = table.site.place, column.field
     assert field.type is not None
-    rate = func.name == "rate"
-    type_ = _rate_type(field.type) if rate else field.type
+    derivative = METHODS.index(func.name)
+    type_ = _rate_type(field.type) if derivative else field.type
     if not _is_single(t, node, argument) or not _keyed(t, node, place, argument):
         return BROKEN
     if type_ is None:
@@ -119,6 +132,14 @@ def _made(
             label=f"`{field.name}` is a transform",
             help=["look up translation and rotation as two columns, `vec3` and `quat`"],
         )
+    if derivative == 2 and field.type == QUATERNION:
+        return t.fail(
+            "E0623",
+            node.args[1].span,
+            "a turn has no `acceleration`",
+            label=f"`{field.name}` is {field.text}",
+            help=["`rate` is its angular velocity"],
+        )
     if options.wrapped and not isinstance(field.type, ScalarType):
         return t.fail(
             "E0623",
@@ -128,6 +149,9 @@ def _made(
             labels=[Label(field.span, "declared here")],
             help=["leave `wrapped` out: quaternions and transforms turn the short way anyway"],
         )
+    rows = _rows(t, table, column, argument, options, node.args[1].span) if field.param else []
+    if any(isinstance(row, Broken) for row in rows):
+        return BROKEN
     made = LookUp(
         type=type_,
         span=node.span,
@@ -135,21 +159,61 @@ def _made(
         slot=t.slots.of(table.owner),
         collection=table.site.path,
         key=place.prefix + place.struct.order,
-        column=path,
+        column=column.path,
         order=options.order,
         spline=options.spline,
-        wrapped=options.wrapped,
+        wrapped=options.wrapped or (field.param is not None and field.param.kind == "angle"),
         clamp=options.clamp,
-        rate=rate,
+        derivative=derivative,
         value=field.type,
+        rows=tuple(row for row in rows if isinstance(row, Typed)),
     )
     key = place.struct.fields[place.struct.order]
     t.units.look_up(made, field.quantity, key.quantity)
     return t.make(made, cost=made.order * 8)
 
 
-def _column(t: Typist, node: tree.Expr, place: Place) -> tuple[str, FieldDecl] | None:
-    """Path and field of the column that is looked up; None after an error."""
+def _rows(
+    t: Typist,
+    table: Collection,
+    column: _Column,
+    argument: Typed,
+    options: _Options,
+    span: Span,
+) -> list[Typed | Broken]:
+    """The parameter in each row that the value depends on.
+
+    Look-ups in one collection at one argument, for the same number of rows, read the same rows.
+    """
+    owner = table.owner
+    at = _numbered(t, argument)
+    key = (owner.steps, table.site.path, options.order, options.spline, at)
+    number = t.slots.look_ups.setdefault(key, len(t.slots.look_ups) + 1)
+    found = []
+    for k in range(options.order):
+        step = Step("near", f"{table.site.path}@{number}[{k}]")
+        row = Entity((*owner.steps, step), column.place, owner, owner.needs)
+        found.append(read_column(t, row, column.field, span))
+    return found
+
+
+def _numbered(t: Typist, expression: Typed) -> int:
+    """A number that is the same for equal expressions, wherever they are written."""
+    numbers: dict[Typed, int] = {}
+    for node in postorder([expression]):
+        parts: list[Hashable] = [type(node).__name__]
+        for field in fields(node):
+            value = getattr(node, field.name)
+            if isinstance(value, tuple):
+                parts.append(tuple(numbers.get(one, one) for one in value))
+            elif field.name not in ("span", "type", "unit"):
+                parts.append(numbers.get(value, value))
+        numbers[node] = t.slots.arguments.setdefault(tuple(parts), len(t.slots.arguments))
+    return numbers[expression]
+
+
+def _column(t: Typist, node: tree.Expr, place: Place) -> _Column | None:
+    """The column that is looked up; None after an error."""
     names: list[tree.Name | tree.Attribute] = []
     here = node
     while isinstance(here, tree.Attribute):
@@ -187,19 +251,22 @@ def _column(t: Typist, node: tree.Expr, place: Place) -> tuple[str, FieldDecl] |
             place = place.values[name]
     assert field is not None
     plain = isinstance(field.type, VectorType) or field.type in (REAL, INT, QUATERNION, TRANSFORM)
-    if field.kind != "column" or field.optional or field.node.role != "data" or not plain:
+    fits = field.node.role == "data"
+    if field.param:
+        fits = field.param.kind in _INTERPOLATED and not place.struct.component
+    if field.kind != "column" or field.optional or not (plain and fits):
         _unfit(t, node, field)
         return None
-    return place.column(field), field
+    return _Column(place.column(field), field, place)
 
 
 def _unfit(t: Typist, node: tree.Expr, field: FieldDecl) -> None:
-    what = "a parameter" if field.param else "optional" if field.optional else f"`{field.text}`"
-    help_ = ["look up data: numbers, vectors, `quat` and `transform`"]
+    what = "optional" if field.optional else f"`{field.text}`"
+    help_ = ["look up numbers, vectors, `quat` and `transform`"]
     if field.param:
         help_ = [
-            "the rows of a spline are parameters where they are read through a list of refs: "
-            "`knots: [ref Knot in root.knots; 4]`, and `sum(i, k in knots) { B[i] * k.x }`"
+            "of parameters look up numbers, vectors, `angle`, `rotation`, `quaternion` and "
+            "`transform`"
         ]
     t.fail(
         "E0623",

@@ -229,17 +229,18 @@ class Total(Typed):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LookUp(Typed):
-    """The value of a column of data between the rows of a collection, at the argument `of`.
+    """The value of a column between the rows of a collection, at the argument `of`.
 
     Attributes
     ----------
     slot : of the row that owns the collection `collection`, a table
     key, column : its columns: where the rows are, and what is interpolated
+    rows : the column of a parameter in each row that the value depends on; none for data
     order : rows that a value depends on; 2 and ``cubic`` interpolate, a spline has control points
     spline : whether rows are the control points of a B-spline
     wrapped : whether the column holds angles, which are the same after a full turn
     clamp : whether an argument outside has the value at the nearest end
-    rate : whether this is the derivative with respect to the argument
+    derivative : with respect to the argument: 0 the value, 1 its rate, 2 its acceleration
     """
 
     of: Typed
@@ -251,8 +252,9 @@ class LookUp(Typed):
     spline: bool = False
     wrapped: bool = False
     clamp: bool = False
-    rate: bool = False
+    derivative: int = 0
     value: ValueType = REAL  # of the column
+    rows: tuple[Typed, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -38,11 +38,14 @@ Handler = Callable[["Typist", tree.Expr], Binding]
 class Slots:
     """The rows a constraint reads, by the path to them; the first is its own.
 
-    `needs` are the optional refs on the path to a row, by the number of its slot.
+    `needs` are the optional refs on the path to a row, by the number of its slot. `arguments` has
+    the numbers of expressions that parameters are looked up at, `look_ups` those of the look-ups.
     """
 
     items: list[Slot]
     needs: dict[int, tuple[tuple[Entity, str], ...]] = field(default_factory=dict)
+    arguments: dict[Hashable, int] = field(default_factory=dict)
+    look_ups: dict[Hashable, int] = field(default_factory=dict)
 
     def of(self, entity: Entity) -> int:
         """Number of the slot for the row of `entity`."""

@@ -53,10 +53,10 @@ class Units:
 
     def look_up(self, node: LookUp, value: Quantity, key: Quantity) -> None:
         """Record the unit of a look-up: that of its column, by that of the key for a rate."""
-        if not node.rate:
+        if not node.derivative:
             self.known[node] = value
             return
-        over = power(all_joined(key), -1)
+        over = power(all_joined(key), -node.derivative)
         if node.value == QUATERNION:
             self.known[node] = times(RAD, over)
             return

@@ -25,8 +25,10 @@ def operands(node: Typed) -> tuple[Typed, ...]:
         return node.args
     if isinstance(node, Invoke):
         return node.args if node.value is None else (*node.args, node.value)
-    if isinstance(node, Component | Formula | LookUp | Total):
+    if isinstance(node, Component | Formula | Total):
         return (node.of,)
+    if isinstance(node, LookUp):
+        return (node.of, *node.rows)
     if isinstance(node, Pack):
         return node.items
     if isinstance(node, Select):

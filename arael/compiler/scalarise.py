@@ -107,8 +107,8 @@ class Totals(Protocol):
 class LookUps(Protocol):
     """Where the values of look-ups come from."""
 
-    def of(self, e: LookUp, argument: int) -> Nodes:
-        """Scalars of a look-up, from the node of its argument."""
+    def of(self, e: LookUp, argument: int, rows: Sequence[Nodes]) -> Nodes:
+        """Scalars of a look-up, from the node of its argument and the scalars of its rows."""
         ...
 
 
@@ -206,7 +206,7 @@ class Scalariser:
         if isinstance(e, LookUp):
             assert self.look_ups is not None
             with _at(g, self._place(e.span)):
-                return self.look_ups.of(e, self.nodes(e.of)[0])
+                return self.look_ups.of(e, self.nodes(e.of)[0], [self.nodes(r) for r in e.rows])
         if isinstance(e, Invoke):
             arguments = [self.nodes(a)[0] for a in e.args]
             value = None if e.value is None else self.nodes(e.value)[0]

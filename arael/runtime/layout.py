@@ -41,10 +41,12 @@ class Step(msgspec.Struct, frozen=True):
     """One step from row to row: to the owner of this row, through a ref column, or to the root.
 
     In a typed model there are also steps to every row of the collection `ref`, for sums; where such
-    a sum is written out, steps to one ``row`` of it, ``landmarks.frines[2]``.
+    a sum is written out, steps to one ``row`` of it, ``landmarks.frines[2]``. A step to ``near``
+    leads to one of the rows that the value of a look-up depends on: the third of those of the
+    second look-up is ``knots@2[2]``.
     """
 
-    kind: Literal["parent", "ref", "root", "rows", "row"]
+    kind: Literal["parent", "ref", "root", "rows", "row", "near"]
     ref: str = ""
 
     @property
@@ -56,7 +58,7 @@ class Step(msgspec.Struct, frozen=True):
     @property
     def shown(self) -> str:
         """The step as a model writes it: ``prev``, ``knots[0]``, ``parent``."""
-        if self.kind in ("rows", "row"):
+        if self.kind in ("rows", "row", "near"):
             return self.ref.rpartition(".")[2]
         name, _, last = self.ref.rpartition(".")
         return f"{name}[{last}]" if name and last.isdecimal() else self.ref or self.kind
@@ -337,7 +339,7 @@ class Total(msgspec.Struct, frozen=True):
 
 
 class LookUp(msgspec.Struct, frozen=True):
-    """A look-up of a column of data between the rows of a collection.
+    """A look-up between the rows of a collection.
 
     The argument is evaluated by `Group.arguments`. The lane inputs from `first` on are the number
     of the interval that it lies in, then the record of this interval (`look_up_tables.py`).
@@ -346,11 +348,13 @@ class LookUp(msgspec.Struct, frozen=True):
     ----------
     slot : of the row that owns the collection
     collection : table of the rows
-    key, column : its columns: where the rows are, and what is interpolated
+    key, column : its columns: where the rows are, and what data is interpolated; "" for parameters
+    rows : of parameters, the slots of the rows that a value depends on, in order; else none
     order : rows that a value depends on
     spline : whether rows are the control points of a B-spline; else they are interpolated
-    value : ``vector`` also of one scalar; ``wrapped`` an angle
-    width : scalars of the column
+    value : ``vector`` also of one scalar; ``wrapped`` an angle; ``weights`` of the rows, where
+        these are parameters
+    width : scalars of the column; number of the weights
     clamp : whether an argument outside has the value at the nearest end; else none
     first : number of a lane input
     where, text : place and text in the model
@@ -362,12 +366,13 @@ class LookUp(msgspec.Struct, frozen=True):
     column: str
     order: int
     spline: bool
-    value: Literal["vector", "wrapped", "rotation", "transform"]
+    value: Literal["vector", "wrapped", "rotation", "transform", "weights"]
     width: int
     clamp: bool
     first: int
     where: str
     text: str
+    rows: tuple[int, ...] = ()
 
     @property
     def degree(self) -> int:
@@ -595,6 +600,21 @@ class Group(msgspec.Struct, frozen=True, dict=True):
         return any(depends[node] for node in tape.outputs[self.residuals :])
 
     @cached_property
+    def near(self) -> tuple[int, ...]:
+        """Numbers of its look-ups of parameters, whose arguments choose rows."""
+        return tuple(number for number, one in enumerate(self.look_ups) if one.rows)
+
+    @cached_property
+    def moves_rows(self) -> bool:
+        """Whether parameters choose which rows an instance reads."""
+        if self.arguments is None:
+            return False
+        return bool(self.near) and any(
+            op == "input" and args[0] < len(self.states)
+            for op, args in zip(self.arguments.ops, self.arguments.args, strict=True)
+        )
+
+    @cached_property
     def calls_natives(self) -> bool:
         """Whether it calls native functions, which may not bear being called concurrently."""
         return any(tape.natives for tape in (self.tape, *(tape for _, tape, _ in self.written)))
@@ -812,7 +832,9 @@ class Layout(msgspec.Struct, frozen=True, dict=True):
             reads += [(total.slots, raw) for total in group.totals for raw in total.raw]
             places = {(slots[raw.slot].table, raw.column) for slots, raw in reads}
             for one in group.look_ups:
-                places |= {(one.collection, one.key), (one.collection, one.column)}
+                places.add((one.collection, one.key))
+                if one.column:
+                    places.add((one.collection, one.column))
             for place in places:
                 if "#" not in place[1]:  # a total, whose own reads are here
                     found.setdefault(place, []).append(number)

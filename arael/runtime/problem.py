@@ -366,7 +366,7 @@ class Problem:
             found = self.hooks.columns_at(number, states, derivatives)
             data = [*found.T, *[np.zeros(len(found))] * (len(data) - found.shape[1])]
         for table, argument in zip(one.tables, self.arguments(number), strict=True):
-            records = table.records_at(argument)
+            records = table.records_at(argument, at)
             data[table.first + 1 : table.first + 1 + len(records.T)] = records.T
         if group.moving_guard is not None:
             data[-1] = np.asarray(self.evaluation.acting(number), dtype=self.dtype)

@@ -180,10 +180,12 @@ def separable_for(
 def partition_for(problem: Problem, config: LmConfig, solver: LinearSolver) -> Partition | None:
     """The components that are solved separately; None if the problem is solved as one.
 
-    A custom driver moves one lambda, the reference's end looks at one cost, and approximate steps
-    of one component depend on the others.
+    A custom driver moves one lambda, the reference's end looks at one cost, approximate steps of
+    one component depend on the others, and look-ups of parameters may lead into other components.
     """
     if callable(config.damping) or config.ending != "promise":
+        return None
+    if any(group.moves_rows for group in problem.layout.groups):
         return None
     if solver.plan.get("solver") == "schur_pcg":
         return None

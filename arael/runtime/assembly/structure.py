@@ -103,7 +103,7 @@ def structure_of(
             slot_rows.append(known.slot_rows[number])
         else:
             active.append(active_rows(store, group, natives))
-            slot_rows.append(rows_of_slots(store, group, active[-1]))
+            slot_rows.append(rows_of_slots(store, group, active[-1], natives))
     free = [free_scalars(store, entity, frozen) for entity in layout.entities]
     same = _same_system(store, free, known)
     system = same or build_system(store, free)
@@ -198,11 +198,19 @@ def _same_rows(store: StoreLike, known: Structure, natives: NativeTable | None) 
     """Whether rows, refs and guards are as they were when `known` was made."""
     if known.system.store is not store or known.version != store.structure_version:
         return False
-    for group, active in zip(store.layout.groups, known.active, strict=True):
+    for group, active, slot_rows in zip(
+        store.layout.groups, known.active, known.slot_rows, strict=True
+    ):
         if group.guard is not None and not np.array_equal(
             active_rows(store, group, natives), active
         ):
             return False
+        if group.near:
+            # Imported here for start-up time: only models with look-ups of parameters need it.
+            from arael.runtime.nearness import same_near_rows
+
+            if not same_near_rows(store, group, active, slot_rows, natives):
+                return False
     return True
 
 
@@ -270,14 +278,20 @@ def _of_lengths(store: StoreLike, group: Group, rows: Ints) -> Ints:
     return rows[chosen]
 
 
-def rows_of_slots(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
+def rows_of_slots(
+    store: StoreLike, group: Group, active: Ints, natives: NativeTable | None = None
+) -> list[Ints]:
     """Per slot, the row that each active instance reads; E1005 for a null ref on the way."""
     whole = group.guard is None and not group.lengths  # then all rows are active
     walker = Walker(store, group.table, active, whole)
     found = []
     needed = {raw.slot for raw in group.raw} | {use.slot for use in group.uses}
     needed |= {one.slot for one in group.lengths} | {one.slot for one in group.look_ups}
+    near = {slot for one in group.look_ups for slot in one.rows}
     for number, slot in enumerate(group.slots):
+        if number in near:  # below
+            found.append(np.zeros(len(active), dtype=np.int64))
+            continue
         rows = walker.rows(slot)
         # What only a guard looks at may be null where the guard holds.
         if slot.steps and number in needed and len(rows) and rows.min() < 0:
@@ -293,4 +307,10 @@ def rows_of_slots(store: StoreLike, group: Group, active: Ints) -> list[Ints]:
                 )
             )
         found.append(rows)
+    if near:
+        # Imported here for start-up time: only models with look-ups of parameters need it.
+        from arael.runtime.nearness import near_rows
+
+        for number, rows in near_rows(store, group, active, found, natives).items():
+            found[number] = rows
     return found

@@ -14,6 +14,12 @@ cdef struct Table:
     const void* ends             # [intervals]
     const int32_t* range         # [intervals][2] intervals of the same owner
     bint clamp
+    Py_ssize_t order             # rows of an interval
+    const int32_t* near          # [intervals][order] these rows, where their parameters are read
+    const int32_t* interval_of   # [rows] the interval in which a row is at the centre, or -1
+    const int32_t* use           # [near_uses][2] use of an entity, which of the rows it is in
+    Py_ssize_t near_uses
+    Py_ssize_t centre            # use of an entity in the row at the centre, or -1
 
 
 cdef struct Compiled:
@@ -26,6 +32,9 @@ cdef struct Compiled:
     Py_ssize_t data              # columns of its data
     Py_ssize_t look_ups
     Table* tables                # [look_ups] that its instances look up in
+    Py_ssize_t uses              # entities that it uses
+    const int32_t* rows          # as `Lanes.row`, of all instances
+    int32_t* trial_rows          # the same at trial values; NULL if no look-up chooses rows
     bint required                # whether its residuals hold, and add nothing to the cost
 
 
@@ -35,7 +44,7 @@ cdef class CompiledGroups:
     cdef readonly list stores    # whether each group heeds `Lanes.first`
     cdef bint exhausted          # set where there was no memory for registers or a stack
     cdef object _keep            # whatever the pointers point into
-    cdef list _tables            # per group, its tables
+    cdef list _tables            # per group, its tables, and the rows that they choose
     cdef bint _single
     cdef Py_ssize_t _count
     cdef Compiled* _groups
@@ -43,7 +52,7 @@ cdef class CompiledGroups:
     cdef double _elsewhere(
         self, Compiled* one, void (*call)(void*) noexcept nogil, const Lanes* lanes, void* first,
         void* second) noexcept nogil
-    cdef void _look_up(self, Compiled* one, const Lanes* lanes) noexcept nogil
+    cdef void _look_up(self, Compiled* one, const Lanes* lanes, bint trial) noexcept nogil
 
     # Kernels may ask for the GIL, so the functions below must be called without it. Before all of
     # them, look-ups are made at the states of the lanes.

@@ -4,7 +4,7 @@ from cython cimport floating
 from libc.math cimport NAN
 from libc.stdlib cimport calloc, free
 
-from arael.runtime.address cimport address
+from arael.runtime.address cimport address, writable
 from arael.runtime.kernel cimport KERNEL_ABI, KernelTable, Lanes, table_of
 from arael.runtime.machine.compiled cimport Program
 
@@ -76,11 +76,14 @@ cdef Py_ssize_t interval_of(
 
 
 cdef void look_up(
-    const Table* table, const Lanes* lanes, Py_ssize_t columns, Py_ssize_t width, floating* _
+    const Table* table, const Lanes* lanes, Py_ssize_t columns, Py_ssize_t width, Py_ssize_t uses,
+    int32_t* chosen, floating* _
 ) noexcept nogil:
     """Replace the arguments of a look-up by the records of the intervals that they lie in.
 
     Outside of the table, unless clamped, a record is NaN. So it is for an argument that is NaN.
+    Where the rows have parameters, those of the interval are written into `chosen`, which is as
+    `lanes.row`. If it is NULL the interval is that of the rows in the lanes.
     """
     cdef const floating* starts = <const floating*>table.starts
     cdef const floating* ends = <const floating*>table.ends
@@ -90,16 +93,26 @@ cdef void look_up(
     cdef floating* lane
     cdef floating x
     cdef Py_ssize_t block, w, k, at, first, last
+    cdef bint given = chosen == NULL and table.near_uses and table.centre >= 0
     for block in range((lanes.n + width - 1) // width):
         lane = data + (block * columns + table.first) * width
         for w in range(width):
             if block * width + w >= lanes.n:  # padding repeats the last instance
                 for k in range(table.width + 1):
                     lane[k * width + w] = lane[k * width + w - 1]
+                for k in range(table.near_uses if chosen != NULL else 0):
+                    at = (block * uses + table.use[2 * k]) * width + w
+                    chosen[at] = chosen[at - 1]
                 continue
             x, at = lane[width + w], <Py_ssize_t>lane[w]
-            at = interval_of(starts, table.range, at, x)
+            if given:
+                at = table.interval_of[lanes.row[(block * uses + table.centre) * width + w]]
+            else:
+                at = interval_of(starts, table.range, at, x)
             lane[w] = <floating>at
+            for k in range(table.near_uses if chosen != NULL else 0):
+                chosen[(block * uses + table.use[2 * k]) * width + w] = table.near[
+                    at * table.order + table.use[2 * k + 1]]
             first, last = table.range[2 * at], table.range[2 * at + 1] - 1
             if x != x or (not table.clamp and (x < starts[first] or x > ends[last])):
                 for k in range(table.width):
@@ -146,7 +159,7 @@ cdef class CompiledGroups:
         for g, program in enumerate(programs):
             one = &self._groups[<Py_ssize_t>g]
             one.frame = frame_of(layout.groups[g], layout.entities)
-            one.data = layout.groups[g].data_count
+            one.data, one.uses = layout.groups[g].data_count, len(layout.groups[g].uses)
             if isinstance(program, Program):
                 rows = placements[g].rows
                 one.program, one.width = <void*>program, WIDTH
@@ -177,8 +190,11 @@ cdef class CompiledGroups:
             free(self._groups[g].tables)
         free(self._groups)
 
-    def look_up_in(self, Py_ssize_t g, tables):
-        """Let the instances of a group look up in these tables: one for each of its look-ups."""
+    def look_up_in(self, Py_ssize_t g, tables, rows):
+        """Let the instances of a group look up in these tables: one for each of its look-ups.
+
+        `rows` are those of all used entities in lane order.
+        """
         cdef Compiled* one = &self._groups[g]
         cdef Table* item
         dtype = np.float32 if self._single else np.float64
@@ -196,10 +212,22 @@ cdef class CompiledGroups:
             item.starts = address(table.starts, dtype, intervals)
             item.ends = address(table.ends, dtype, intervals)
             item.range = <const int32_t*>address(table.ranges, np.int32, 2 * intervals)
-        one.look_ups, self._tables[g] = len(tables), tables
+            item.order, item.near_uses = table.near.shape[1], len(table.uses)
+            item.near = <const int32_t*>address(table.near, np.int32, intervals * item.order)
+            item.interval_of = <const int32_t*>address(table.interval_of, np.int32)
+            item.use = <const int32_t*>address(table.uses, np.int32, 2 * item.near_uses)
+            item.centre = -1 if table.centre < 0 else table.uses[table.centre, 0]
+        one.rows, one.trial_rows, trial_rows = NULL, NULL, None
+        if any(len(table.uses) for table in tables):
+            trial_rows = rows.copy()
+            one.rows = <const int32_t*>address(rows, np.int32)
+            one.trial_rows = <int32_t*>writable(trial_rows, np.int32)
+        one.look_ups, self._tables[g] = len(tables), (tables, rows, trial_rows)
 
-    cdef void _look_up(self, Compiled* one, const Lanes* lanes) noexcept nogil:
+    cdef void _look_up(self, Compiled* one, const Lanes* lanes, bint trial) noexcept nogil:
+        """Look up at the arguments; `trial`: the lanes read rows that are chosen anew."""
         cdef Py_ssize_t k
+        cdef int32_t* chosen = <int32_t*>lanes.row if trial else NULL
         if not (one.look_ups and lanes.n):
             return
         if one.program != NULL:
@@ -210,9 +238,11 @@ cdef class CompiledGroups:
             one.kernel.arguments(lanes)
         for k in range(one.look_ups):
             if self._single:
-                look_up[float](&one.tables[k], lanes, one.data, one.width, <float*>NULL)
+                look_up[float](
+                    &one.tables[k], lanes, one.data, one.width, one.uses, chosen, <float*>NULL)
             else:
-                look_up[double](&one.tables[k], lanes, one.data, one.width, <double*>NULL)
+                look_up[double](
+                    &one.tables[k], lanes, one.data, one.width, one.uses, chosen, <double*>NULL)
 
     cdef bint sharable(self, Py_ssize_t g) noexcept nogil:
         return self._groups[g].free
@@ -222,9 +252,14 @@ cdef class CompiledGroups:
 
     cdef double cost(self, Py_ssize_t g, const Lanes* lanes, double* costs) noexcept nogil:
         cdef Compiled* one = &self._groups[g]
+        cdef Lanes trial
         if lanes.n == 0:
             return 0
-        self._look_up(one, lanes)
+        if one.trial_rows != NULL:
+            trial = lanes[0]
+            trial.row = one.trial_rows + (lanes.row - one.rows)
+            lanes = &trial
+        self._look_up(one, lanes, one.trial_rows != NULL)
         if one.program != NULL:
             return (<Program>one.program).cost(lanes, costs, &self.exhausted)
         if not stack_suffices(one.frame):
@@ -237,7 +272,7 @@ cdef class CompiledGroups:
         cdef Compiled* one = &self._groups[g]
         if lanes.n == 0:
             return 0
-        self._look_up(one, lanes)
+        self._look_up(one, lanes, False)
         if one.program != NULL:
             return (<Program>one.program).linearise(
                 lanes, one.shared, gradient, values, &self.exhausted)
@@ -255,7 +290,7 @@ cdef class CompiledGroups:
         cdef Compiled* one = &self._groups[g]
         if not (lanes.n and self.guards(g)):
             return
-        self._look_up(one, lanes)
+        self._look_up(one, lanes, False)
         if one.program != NULL:
             (<Program>one.program).guard(lanes, &self.exhausted)
         elif not stack_suffices(one.frame):
@@ -269,7 +304,7 @@ cdef class CompiledGroups:
         cdef Compiled* one = &self._groups[g]
         if lanes.n == 0:
             return
-        self._look_up(one, lanes)
+        self._look_up(one, lanes, False)
         if one.program != NULL:
             (<Program>one.program).rows(lanes, residuals, entries, &self.exhausted)
         elif not stack_suffices(one.frame):

@@ -89,6 +89,10 @@ cdef class GroupLanes:
     cdef Lanes* part(self, int which, Py_ssize_t g, Py_ssize_t share) noexcept nogil:
         return &self._parts[which][g * self._shares + share]
 
+    def rows_of(self, Py_ssize_t g):
+        """Rows of the entities that a group uses, in lane order."""
+        return self._keep[0][g].row
+
     def replace(self, Py_ssize_t g, one):
         """Let the instances of a group have other data; there are as many as before."""
         if len(one.rows) != self.whole(0, g).n:

@@ -68,7 +68,7 @@ cdef class Groups:
         self.orders = plan.orders
         self.lanes = GroupLanes(self.groups, instances, plan, widths, self.states, natives)
         for g, one in enumerate(instances):
-            self.compiled.look_up_in(g, one.tables)
+            self.compiled.look_up_in(g, one.tables, self.lanes.rows_of(g))
         totals = Totals(plan, structure.system.held, held_values, diagonal_at, self.single)
         if self.totals is not None:
             totals.take_arrays(self.totals)
@@ -107,7 +107,7 @@ cdef class Groups:
     def replace(self, Py_ssize_t g, one):
         """Let the instances of a group have other data; there are as many as before."""
         self.lanes.replace(g, one)
-        self.compiled.look_up_in(g, one.tables)
+        self.compiled.look_up_in(g, one.tables, self.lanes.rows_of(g))
 
     def hold(self, system, held_values):
         """Let the scalars move that move in a system of the same blocks.

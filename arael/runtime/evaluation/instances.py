@@ -81,7 +81,7 @@ def gather_instances(
     SolveError
         E1019: a collection does not have the rows for a look-up.
     """
-    found = _gathered(store, group, rows, slot_rows, dtype, natives)
+    found = gathered(store, group, rows, slot_rows, dtype, natives)
     if not group.look_ups:
         return found
     # Imported here for start-up time: only models with look-ups need it.
@@ -94,7 +94,7 @@ def gather_instances(
     return Instances(rows, data, found.uniform, tables)
 
 
-def _gathered(
+def gathered(
     store: StoreLike,
     group: Group,
     rows: Ints,

@@ -5,6 +5,12 @@ The record of an interval is what a kernel needs for a value within it, in the o
 it is clamped; the coefficients of each interpolated scalar, lowest first; of a rotation, the turn
 at which a product of turns begins, then of each factor its rotation vector and the coefficients of
 the part of it that is turned by. Coefficients are computed in f64 from all data at once.
+
+Where parameters are looked up, the coefficients are those of the weights of the rows, and the
+table has the rows of each interval. The structure of a problem holds the rows that instances read
+at its start; derivatives are those of these rows, whose polynomials go on beyond their interval. A
+cost is that of the interval which the argument lies in. Once the accepted state leaves an interval,
+`arael.runtime.nearness` makes the structure anew.
 """
 
 from __future__ import annotations
@@ -47,6 +53,10 @@ class LookUpTable:
     starts, ends : (intervals,) where each begins and ends, ascending within an owner
     ranges : (intervals, 2) int32, first interval of the same owner, and the first of the next
     begin : (instances,) the first interval of the owner that each instance looks up in
+    near : (intervals, order) int32 rows that values of parameters depend on; no columns for data
+    interval_of : (rows,) int32 the interval in which a row is the one at `centre`, or -1
+    uses : (uses, 2) int32 use of an entity in one of these rows, and which of them
+    centre : the first of `uses` that is of the row at the centre, or -1
     """
 
     first: int
@@ -56,6 +66,10 @@ class LookUpTable:
     ends: Array
     ranges: NDArray[np.int32]
     begin: Ints
+    near: NDArray[np.int32]
+    interval_of: NDArray[np.int32]
+    uses: NDArray[np.int32]
+    centre: int = -1
 
     def intervals_at(self, arguments: Array) -> Ints:
         """(instances,) the interval that each argument lies in, the nearest if it is outside."""
@@ -77,11 +91,17 @@ class LookUpTable:
         begin = self.begin[instances]
         return self.starts[begin], self.ends[self.ranges[begin, 1] - 1]
 
-    def records_at(self, arguments: Array) -> Array:
-        """(instances, record) the records for the arguments; NaN for those outside."""
+    def records_at(self, arguments: Array, rows: Array | None = None) -> Array:
+        """(instances, record) the records for the arguments; NaN for those outside.
+
+        Of parameters they are those of the intervals whose rows (instances, uses) are read.
+        """
         if not len(arguments):
             return np.zeros((0, self.records.shape[1]), dtype=self.records.dtype)
-        found = self.records[self.intervals_at(arguments)]
+        if rows is not None and self.centre >= 0:
+            found = self.records[self.interval_of[rows[:, self.uses[self.centre, 0]]]]
+        else:
+            found = self.records[self.intervals_at(arguments)]
         if not self.clamp:
             found[self.outside(arguments)] = np.nan
         found[np.isnan(arguments)] = np.nan
@@ -128,10 +148,23 @@ def look_up_tables(
     found: list[LookUpTable] = []
     same: dict[LookUp, LookUpTable] = {}  # those that differ in their argument alone
     for one in group.look_ups:
-        what = structs.replace(one, first=0, where="", text="")
+        what = structs.replace(one, first=0, where="", text="", rows=())
         if what not in same:
             same[what] = _Builder(store, group, one).table(slot_rows[one.slot], dtype)
-        found.append(replace(same[what], first=one.first))
+        uses = [
+            (number, one.rows.index(use.slot))
+            for number, use in enumerate(group.uses)
+            if use.slot in one.rows
+        ]
+        middle = (one.order - 1) // 2
+        found.append(
+            replace(
+                same[what],
+                first=one.first,
+                uses=np.array(uses, dtype=np.int32).reshape(-1, 2),
+                centre=next((number for number, (_, k) in enumerate(uses) if k == middle), -1),
+            )
+        )
     return found
 
 
@@ -142,8 +175,8 @@ class _Builder:
         self.store, self.group, self.one = store, group, one
         table = store.tables[one.collection]
         self.key = np.asarray(table.column(one.key), dtype=np.float64)
-        values = np.asarray(table.column(one.column), dtype=np.float64)
-        self.values = values.reshape(len(self.key), one.width)
+        values = np.asarray(table.column(one.column or one.key), dtype=np.float64)
+        self.values = values.reshape(len(self.key), one.width if one.column else 1)
         self.parents = np.asarray(table.parent_rows(), dtype=np.int64)
 
     def table(self, owners: Ints, dtype: np.dtype[Any]) -> LookUpTable:
@@ -192,6 +225,8 @@ class _Builder:
                 "let the root compute in f64, or leave rows out",
             )
         ranges = np.stack([begin[owner], (begin + intervals)[owner]], axis=1)
+        interval_of = np.full(len(key), -1, dtype=np.int32)
+        interval_of[order[at]] = np.arange(len(owner))
         return LookUpTable(
             one.first,
             one.clamp,
@@ -200,11 +235,17 @@ class _Builder:
             np.ascontiguousarray(end, dtype=dtype),
             np.ascontiguousarray(ranges, dtype=np.int32),
             begin[owners],
+            np.ascontiguousarray(order[window] if one.rows else window[:, :0], dtype=np.int32),
+            interval_of,
+            np.zeros((0, 2), dtype=np.int32),
         )
 
     def _coefficients(self, rows: Floats, between: Between) -> list[Floats]:
         """Columns of the records, from values (n, order, width) of rows."""
         one, n = self.one, len(rows)
+        weights = np.broadcast_to(np.eye(one.order), (n, one.order, one.order))
+        if one.value == "weights":
+            return [between(weights).reshape(n, -1)]
         moved = rows[:, :, : one.moved]
         if one.value == "wrapped":
             moved = np.unwrap(moved, axis=1)
@@ -214,8 +255,7 @@ class _Builder:
         q = rows[:, :, -4:] / np.linalg.norm(rows[:, :, -4:], axis=2, keepdims=True)
         found.append(q[:, 0])
         # Of each row the weight as a polynomial, then the sums of those from each row on.
-        weights = between(np.broadcast_to(np.eye(one.order), (n, one.order, one.order)))
-        cumulative = np.cumsum(weights[:, ::-1], axis=1)[:, ::-1]
+        cumulative = np.cumsum(between(weights)[:, ::-1], axis=1)[:, ::-1]
         for j in range(1, one.order):
             axis = _rotation_vector(_quotient(q[:, j - 1], q[:, j]))
             if one.order == 2:
