@@ -168,13 +168,9 @@ def solve(
                         # imported here: start-up time; few models look up parameters
                         from arael.runtime.following import follow
 
-                        def posed_again(before: Problem) -> tuple[Problem, LinearSolver, float]:
-                            before.write_back()
-                            again = current_problem(model, session, now)
-                            return again, *session.linear(again, solver, options)
-
+                        again = _again(model, session, now, solver, options)
                         problem, linear, outcome = follow(
-                            problem, pass_config, linear, write, seconds, _minimise, posed_again
+                            problem, pass_config, linear, write, seconds, _minimise, again
                         )
                     else:
                         outcome = _minimise(problem, pass_config, linear, write, seconds)
@@ -234,6 +230,23 @@ def _minimise(
     from arael.runtime.constrained.solve import minimise_exactly
 
     return minimise_exactly(problem, config, solver, write, seconds)
+
+
+def _again(
+    model: Solvable,
+    session: Session,
+    frozen: frozenset[str],
+    solver: str,
+    options: Mapping[str, Any],
+) -> Callable[[Problem], tuple[Problem, LinearSolver, float]]:
+    """What makes the problem at an accepted state, with its linear solver and seconds of it."""
+
+    def again(before: Problem) -> tuple[Problem, LinearSolver, float]:
+        before.write_back()
+        problem = current_problem(model, session, frozen)
+        return problem, *session.linear(problem, solver, options)
+
+    return again
 
 
 def frozen_by(

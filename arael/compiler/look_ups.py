@@ -160,9 +160,7 @@ class _Formula:
         zero = self.graph.const(0.0)
         return [self.graph.op("select", self.inside, node, zero) for node in nodes]
 
-    def _turn(
-        self, q: Nodes, factors: Sequence[tuple[Nodes, int, int]], derivative: int
-    ) -> Nodes:
+    def _turn(self, q: Nodes, factors: Sequence[tuple[Nodes, int, int]], derivative: int) -> Nodes:
         """Cumulative product of turns (Sommer et al. 2020, eq. 15), or its rate in the body.
 
         The rate follows from factor to factor (eq. 37): it is turned back by each factor, whose own
@@ -193,9 +191,9 @@ class _Formula:
         """A polynomial, or one of its derivatives."""
         g = self.graph
         for _ in range(derivative):
-            coefficients = [
-                g.op("mul", g.const(float(k)), c) for k, c in enumerate(coefficients)
-            ][1:]
+            coefficients = [g.op("mul", g.const(float(k)), c) for k, c in enumerate(coefficients)][
+                1:
+            ]
         return self._polynomial(coefficients) if coefficients else g.const(0.0)
 
 

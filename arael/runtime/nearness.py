@@ -9,7 +9,7 @@ import numpy as np
 from arael.runtime.evaluation.instances import gathered
 from arael.runtime.evaluation.look_up_tables import LookUpTable, look_up_tables
 from arael.runtime.evaluation.states import stored_scalars
-from arael.runtime.layout import Group
+from arael.runtime.layout import Entity, Group
 from arael.runtime.machine.programs import evaluate
 from arael.runtime.store.access import Array, Ints, StoreLike
 
@@ -64,12 +64,21 @@ def _arguments(
     inputs: list[Any] = [0.0] * len(group.states)
     for number in sorted(read & set(range(len(group.states)))):
         use, offset = group.states[number]
-        entity = entities[group.uses[use].entity]
         rows = slot_rows[group.uses[use].slot]
-        inputs[number] = stored_scalars(store, entity, dtype)[rows, offset]
+        state = _state(store, entities[group.uses[use].entity], dtype)
+        inputs[number] = np.broadcast_to(state[offset], len(state[0]))[rows]
     inputs += [*data.data.T, *data.uniform]
     found = evaluate(group.arguments, inputs, dtype, natives)
     return [np.broadcast_to(one, len(active)) for one in found]
+
+
+def _state(store: StoreLike, entity: Entity, dtype: np.dtype[Any]) -> list[Array]:
+    """Scalars of the state of an entity, each (rows,), at the values stored."""
+    stored = stored_scalars(store, entity, dtype)
+    if entity.state == entity.stored:
+        return list(stored.T)
+    still = [np.zeros(len(stored), dtype=dtype)] * entity.tangent
+    return evaluate(entity.refresh, [*stored.T, *still], dtype)
 
 
 def same_near_rows(
