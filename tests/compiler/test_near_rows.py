@@ -285,6 +285,18 @@ def test_limits_and_observers_hold_over_all_parts(load: Any) -> None:
     assert result.start_cost == pytest.approx(walk(load).cost())
 
 
+def test_limits_that_must_hold_and_threads(load: Any) -> None:
+    """An offset that may not be as large as the data says ends at its limit."""
+    text = WALK.replace("offset: real = 0\n", "offset: real = 0\n    require late { offset <= 0.61 }\n")
+    model = walk(load, text)
+    assert model.solve().converged
+    assert float(model.offset.value) == pytest.approx(0.61, abs=1e-6)
+    free, threaded = walk(load), walk(load)
+    free.solve()
+    threaded.solve(num_threads=2)
+    assert float(threaded.offset.value) == pytest.approx(float(free.offset.value), abs=1e-9)
+
+
 NESTED = """
 struct Knot { key t; t: real; param x: real }
 struct Sight {
