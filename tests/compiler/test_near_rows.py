@@ -287,7 +287,9 @@ def test_limits_and_observers_hold_over_all_parts(load: Any) -> None:
 
 def test_limits_that_must_hold_and_threads(load: Any) -> None:
     """An offset that may not be as large as the data says ends at its limit."""
-    text = WALK.replace("offset: real = 0\n", "offset: real = 0\n    require late { offset <= 0.61 }\n")
+    text = WALK.replace(
+        "offset: real = 0\n", "offset: real = 0\n    require late { offset <= 0.61 }\n"
+    )
     model = walk(load, text)
     assert model.solve().converged
     assert float(model.offset.value) == pytest.approx(0.61, abs=1e-6)
