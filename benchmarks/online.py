@@ -364,7 +364,7 @@ def fixed_lag(poses: int, window: int = 30) -> list[str]:
         # every tenth a coarse fix, without which the covariance of the window grows without end.
         bend = 0.1 * np.cos(0.01 * k)
         c, s = np.cos(place[2]), np.sin(place[2])
-        place = place + [c, s, bend]
+        place += np.array([c, s, bend])
         last, back = refs[-1], refs[-3] if k % 3 == 2 and len(refs) > 3 else None
         d, turn = [1.0, 0.0] + 0.02 * rng.normal(size=2), bend + 0.005 * rng.normal()
         t, th = compose(True, last.t.value, last.th.value, d, turn)
