@@ -366,8 +366,8 @@ class Model(Displayed, Fields):
 
         Parameters
         ----------
-        tolerance : as a part of the root mean square of residuals; by default 1e-5. With 0 it is one
-            Gauss-Newton step of the whole problem from the present values
+        tolerance : as a part of the root mean square of residuals; by default 1e-5. With 0 it is
+            one Gauss-Newton step of the whole problem from the present values
         max_seconds : no further step begins after that time; what is left is for the next update
         freeze : as of `solve`
 

@@ -37,6 +37,18 @@ def test_nothing_is_wider_than_the_page(page: Any) -> None:
         assert wide == [], panel
 
 
+def test_what_is_not_judged_yet_fits_beside_the_menus(page: Any) -> None:
+    run(page, RECTANGLE)
+    page.evaluate(
+        """() => {
+            Object.defineProperty(app.store, "isJudged", { value: false });
+            app.store.dispatchEvent(new Event("verdict"));
+        }"""
+    )
+    wait(page, "document.querySelector('.freedoms-button').ariaLabel === 'checking ...'")
+    assert page.evaluate("document.querySelector('.bar').scrollWidth") <= 390
+
+
 def test_the_verdict_fits_beside_the_menus(page: Any) -> None:
     run(page, RECTANGLE, *(f"length L{k} {40 - 20 * (k % 2)} force" for k in range(4)))
     wait(page, "document.querySelector('.freedoms-button').ariaLabel === '2 redundant'")
