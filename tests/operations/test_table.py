@@ -141,7 +141,7 @@ USES = {
     },
     "arael/compiler": {
         *("abs", "clamp", "cos", "exp", "expm1", "identity", "log", "log1p", "max", "min"),
-        *("pow", "sin", "sqrt"),
+        *("pow", "rad_diff", "sin", "sqrt"),
     },
     "arael/runtime": set(),
 }
