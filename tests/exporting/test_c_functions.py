@@ -183,7 +183,8 @@ COMPLETE = sorted(
     for path in ALL
     if re.search("^root ", path.read_text(), re.MULTILINE)
     and "extern fn" not in path.read_text()  # the caller defines what it computes
-    and not re.search(r"\.(at|rate)\(", path.read_text())  # look-ups are refused
+    # Look-ups and what holds exactly are refused.
+    and not re.search(r"\.(at|rate|acceleration)\(|^\s*require ", path.read_text(), re.MULTILINE)
 )
 
 

@@ -1,6 +1,10 @@
 # Multithreaded dense Cholesky, bit-identical for any number of threads.
 
 
+# Whether threads share the rows of a triangle: `factor_triangle` for it, `tile_potrf` for others.
+# The first has 30 KB on the stack, nearly all that the smallest thread has.
+cdef bint is_shared(int threads, Py_ssize_t k) noexcept nogil
+
 # Cholesky factor of a dense column-major triangle in place, 1 / diagonal to `inverse`; 0 or 1 + the
 # failing pivot.
 cdef Py_ssize_t factor_triangle(

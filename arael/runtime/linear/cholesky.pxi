@@ -27,14 +27,16 @@ cdef struct Rows:
     void* x
 
 
+cdef bint is_shared(int threads, Py_ssize_t k) noexcept nogil:
+    return threads > 1 and k > 2 * DEPTH
+
+
 cdef Py_ssize_t factor_triangle(
     int threads, Py_ssize_t k, real* l, Py_ssize_t ld, real* inverse
 ) noexcept nogil:
     cdef Py_ssize_t begin = 0, status, columns, rest
     cdef real kept[OVERSHOOT * DEPTH]
     cdef real* corner
-    if threads <= 1 or k <= 2 * DEPTH:
-        return tile_potrf(k, k, DENSE, l, ld, inverse)
     # As in `potrf`, with the rows below each corner distributed among threads.
     while True:
         corner, columns = l + begin * (ld + 1), min(k - begin, <Py_ssize_t>DEPTH)

@@ -68,7 +68,9 @@ cdef class DenseSolver(LinearSolver):
         for i in range(n):
             matrix[i + i * ld] = diagonal[i]
         if not self._large:
-            return factor_triangle(self.threads, n, matrix, ld, <real*>self._inverse)
+            if is_shared(self.threads, n):
+                return factor_triangle(self.threads, n, matrix, ld, <real*>self._inverse)
+            return tile_potrf(n, n, DENSE, matrix, ld, <real*>self._inverse)
         status = blas_potrf(<int>n, matrix, <int>ld)
         # Optimised LAPACKs do not check for NaN, which then is on the diagonal of the factor.
         for i in range(n if status == 0 else status - 1):

@@ -559,7 +559,10 @@ cdef Py_ssize_t eliminate_front(
     """Factor the columns of a front and form its update matrix; 0 or 1 + the failing column."""
     cdef Py_ssize_t k = f.columns, r = f.below, i, status
     if k <= large:
-        status = factor_triangle(threads, k, triangle, f.tall, inverse)
+        if is_shared(threads, k):
+            status = factor_triangle(threads, k, triangle, f.tall, inverse)
+        else:
+            status = tile_potrf(k, k, DENSE, triangle, f.tall, inverse)
         if status == 0:
             divide_rows(threads, r + 1, k, triangle, f.tall, inverse, panel, f.low)
             if r > 0:
