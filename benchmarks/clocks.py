@@ -66,6 +66,16 @@ def hand_eye(seed: int) -> tuple[Any, Any]:
     return np.array([*off[0], *off[1], late]), model.covariance().marginal(["X", "Y", "offset"])
 
 
+def ranges(seed: int) -> tuple[Any, Any]:
+    """Errors (11,) of ranges by a clock of their own, and their covariance; the offset is last."""
+    module = example("range_clocks")
+    drive = module.simulate(seed=seed)
+    model = module.problem(drive)
+    model.solve()
+    off = module.solution(model) - drive.truth
+    return np.roll(off, -1), np.roll(module.covariance(model), (-1, -1), axis=(0, 1))
+
+
 def consistency(one: Callable[[int], tuple[Any, Any]], runs: int) -> Consistency:
     """Errors over seeds."""
     found = [one(seed) for seed in range(1, runs + 1)]
@@ -102,7 +112,10 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
     """Lines of the chapter."""
     runs = QUICK_RUNS if plan.quick else RUNS
     rows = []
-    for name, one in (("wheels and a scanner", wheels), ("hand-eye in motion", hand_eye)):
+    for name, one in (
+        ("wheels and a scanner", wheels), ("hand-eye in motion", hand_eye),
+        ("ranges and positions", ranges),
+    ):  # fmt: skip
         c = consistency(one, runs)
         bounds = f"{c.low:.2f} to {c.high:.2f}"
         rows.append([name, f"{1e6 * c.offset:.0f}", f"{1e6 * c.sigma:.0f}", f"{c.nees:.2f}", bounds,
