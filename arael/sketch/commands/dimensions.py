@@ -47,6 +47,9 @@ Lines stay parallel as long as the distance is there, without a constraint that 
 circles and arcs it is that from edge to edge, of whole circles: between two that lie side by side
 (`outside`), one in the other (`inside`), or around one centre, which they then keep. Circles that
 cross are brought to the nearer of these. A point stays inside or outside, a line on its side.
+With a negative value a point, or a circle, is to the right of a line (from p1 to p2), the second of
+two lines to the right of the first, a point inside a circle, the second of two circles around one
+centre the smaller. Other distances have no sign.
 """,
     ),
     "hdistance": _Kind(
@@ -97,7 +100,8 @@ Directions run from p1 to p2; a negative value is clockwise. `supplement` means 
 
 _VALUES = """
 VALUE is a number (`5`, `12 mm`, `0.5 in`, `30 deg`), a live expression that is followed
-(`width/2`, `L0.length`), a snapshot of one (`=width/2`), or a range (`>= 2`, `<= 10`, `2 to 5`).
+(`width/2`, `L0.length`), a snapshot of one (`=width/2`), or a range (`>= 2`, `<= 10`, `2 to 5`;
+where a negative value means a side, also `-5 to -2`).
 `derived` only measures; `driven` holds the value that it has now. One that is there already gets
 the new value. `force` lets in a redundant one.
 """

@@ -40,6 +40,7 @@ from arael.sketch.editing.operands import canonical, matched
 from arael.sketch.editing.outlines import is_open, outline
 from arael.sketch.editing.remaining import Remaining
 from arael.sketch.editing.results import Added, Deleted
+from arael.sketch.editing.signs import sided
 from arael.sketch.editing.turning import Moves, turned, turned_to
 from arael.sketch.expressions.refresh import refresh
 from arael.sketch.judge.judge import Judge, Verdict
@@ -53,8 +54,6 @@ from arael.sketch.solve.solver import Solver
 CONNECT_WITHIN = 1e-3
 #: Curves that meet within this angle (degrees) are made tangent by themselves.
 TANGENT_WITHIN = 1.0
-#: Of these a negative value says on which side.
-_TO_EITHER_SIDE = ("hdistance", "vdistance", "angle")
 #: How often values that read geometry are worked out and solved for again.
 _ROUNDS = 200
 _T = TypeVar("_T")
@@ -184,8 +183,9 @@ class Editor:
             return outcome
         if outcome.status == "interrupted":
             raise broken_off()
-        if outcome.status == "side" and self._has_other_side(size):
-            raise refusals.other_side(self._label(cause or outcome.row), outcome.guard)
+        side = self._on_other_side(size)
+        if side is not None and (side or outcome.guard):
+            raise refusals.other_side(self._label(cause or outcome.row), outcome.guard or side)
         contradiction = self._contradiction(cause)
         if contradiction is not None:
             raise contradiction
@@ -212,10 +212,15 @@ class Editor:
             return refusals.not_found(self._label(main), others, drop)
         return refusals.impossible(self._label(main), others, drop, collapse=collapse)
 
-    def _has_other_side(self, size: float) -> bool:
-        """Whether there is a solution, in which nothing collapses, if sides need not be kept."""
-        values = self.solver.values_without_sides()
-        return values is not None and not self.remaining.collapses(values, size)
+    def _on_other_side(self, size: float) -> str | None:
+        """What is on another side in a solution that need not keep any; None: none was found.
+
+        Empty if all sides are kept where it ends. Nothing collapses there.
+        """
+        found = self.solver.without_sides()
+        if found is None or not self.remaining.is_drawing(found[0], size):
+            return None
+        return found[1]
 
     # --- entities ---------------------------------------------------------------------------
 
@@ -531,11 +536,9 @@ class Editor:
             now = measured(self.document, kind, spelt, mode)
             value = Amount(repr(now), now)
         known = self.known_dimension(kind, spelt)
-        negative = kind in _TO_EITHER_SIDE and value is not None and value.number < 0.0
-        side = self._side(kind, spelt if known is None else known.args)
-        if negative:  # of its operands in this order
-            side = -1 if known is None or known.args == spelt else 1
-        value, low, high = (_positive(kind, one) for one in (value, low, high))
+        args = spelt if known is None else known.args
+        value, low, high, side = sided(self.document, kind, spelt, mode, value, low, high, args)
+        side = side or self._side(kind, args)
         if known is not None:
             return self.set_dimension(
                 known.name,
@@ -591,6 +594,12 @@ class Editor:
         """
         old = self.document.dimensions[name]
         only_placed = changes.keys() <= {"offset", "along"}
+        if not only_placed:
+            mode = changes.get("mode", old.mode)
+            new = [changes.get(one) for one in ("value", "low", "high")]
+            value, low, high, side = sided(self.document, old.kind, old.args, mode, *new)
+            if side:
+                changes |= {"value": value, "low": low, "high": high, "side": side}
         return self._change_dimension(old, replace(old, **changes), only_placed)
 
     def _change_dimension(
@@ -721,10 +730,3 @@ class Editor:
             self.remaining.check(outcome.moved, before, size)
             self.remaining.check_near(before, size, since)
         return outcome
-
-
-def _positive(kind: str, amount: Amount | None) -> Amount | None:
-    """Signs of angles and distances are kept as sides: values are without one."""
-    if amount is None or amount.number >= 0.0 or not DIMENSIONS[kind].signed:
-        return amount
-    return Amount(amount.text, -amount.number)

@@ -66,9 +66,10 @@ class Remaining:
         check_largest([float(np.abs(self._document.values).max(initial=0.0))])
         self.check(list(self._document.entities), before, size)
 
-    def collapses(self, values: Floats, size: float) -> bool:
-        """Whether something has no extent at other numbers of the document, (N,)."""
-        return self._solver.extents.collapses(values, COLLAPSED * size)
+    def is_drawing(self, values: Floats, size: float) -> bool:
+        """Whether other numbers of the document, (N,), leave extents, and are not at infinity."""
+        far = largest(values) > _GROWS * (largest(self._document.values) + size)
+        return not far and not self._solver.extents.collapses(values, COLLAPSED * size)
 
     def check_near(self, before: Floats, size: float, moves: int) -> None:
         """Refuse a solution at infinity, where anything has moved since `moves`.

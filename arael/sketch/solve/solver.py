@@ -374,12 +374,19 @@ class Solver:
         residuals = self.layout.rows.evaluate(self.layout.gather().copy())
         return bool(np.abs(residuals).max(initial=0.0) <= tolerance)
 
-    def values_without_sides(self) -> Array | None:
-        """Numbers of the document that solve everything if sides need not be kept; None: none."""
+    def without_sides(self) -> tuple[Array, str] | None:
+        """A solution if sides need not be kept: numbers of the document, and what turns over.
+
+        None: none was found. An empty name: all sides are kept where it ends.
+        """
         layout = self.layout
         x = layout.gather().copy()
         self.prepare(x)
-        return layout.values_at(x) if self._newton(x, guarded=False).solved else None
+        if layout.impossible or not self._newton(x, guarded=False).solved:
+            return None
+        over = np.flatnonzero(~(layout.guards.evaluate(x) > 0.0))
+        names = (layout.guard_owner[row] for row in over.tolist())
+        return layout.values_at(x), next((name for name in names if name), "")
 
     def left_open(self) -> list[str]:
         """Records whose equations do not hold where the document is, by far more than rounding."""
