@@ -596,8 +596,10 @@ class Editor:
         only_placed = changes.keys() <= {"offset", "along"}
         if not only_placed:
             mode = changes.get("mode", old.mode)
-            new = [changes.get(one) for one in ("value", "low", "high")]
-            value, low, high, side = sided(self.document, old.kind, old.args, mode, *new)
+            value, low, high = (changes.get(one) for one in ("value", "low", "high"))
+            value, low, high, side = sided(
+                self.document, old.kind, old.args, mode, value, low, high
+            )
             if side:
                 changes |= {"value": value, "low": low, "high": high, "side": side}
         return self._change_dimension(old, replace(old, **changes), only_placed)
