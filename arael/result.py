@@ -209,10 +209,10 @@ class Result(Displayed):
     def certificate(self) -> Certificate:
         """Whether this is the global optimum; of models that are quadratic in rotations.
 
-        Of pose graphs, landmarks and points seen from poses: residuals that are linear in rotation
-        matrices and positions, after a turn that their norm does not see. Where the model's own
-        error of a rotation is an angle, or a weight is not the same in all directions, it is that
-        of the chordal twin of the model. Read anew from the model at the first access.
+        Of pose graphs, landmarks, points seen from poses, hand and eye: residuals that are linear
+        in rotation matrices and positions, after a turn that their norm does not see. Where the
+        model's own error of a rotation is an angle, or a weight is not the same in all directions,
+        it is that of the chordal twin of the model. Read anew from the model at the first access.
 
         Raises
         ------
@@ -227,8 +227,9 @@ class Result(Displayed):
     def escape(self, **settings: Any) -> Result:
         """Leave a minimum that is not certified along the direction of descent, and solve again.
 
-        By the Riemannian staircase. The model is solved from the lower minimum with `settings` of
-        `arael.Model.solve`; a certified result is returned as it is.
+        By the Riemannian staircase; of hand and eye by the rotations nearest to the relaxation. The
+        model is solved from the lower minimum with `settings` of `arael.Model.solve`; a certified
+        result is returned as it is.
 
         Raises
         ------

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from arael.analysis.influence import Influence
     from arael.analysis.propagation import Propagation
     from arael.analysis.sensitivities import Quantity, Sensitivities, Sensitivity
-    from arael.certificates.certificate import Certificate
-    from arael.certificates.problem import ChordalProblem
+    from arael.certificates.certificate import Certificate, Chordal
     from arael.result import Result
 
 
@@ -231,7 +230,7 @@ def solution_of(model: Any, result: Result) -> Solution:
     return known
 
 
-def certified(model: Any, result: Result) -> tuple[Certificate, ChordalProblem]:
+def certified(model: Any, result: Result) -> tuple[Certificate, Chordal]:
     """Certificate of a result of a model, and the chordal problem that it is of.
 
     Raises

@@ -9,24 +9,27 @@ diagonal decides it: ``S + sigma >= 0`` bounds all costs by ``tr(Lambda) - sigma
 rotations. Otherwise an eigenvector of a negative eigenvalue is a direction of descent that leaves X
 in one more dimension; the Riemannian staircase takes it (N. Boumal, V. Voroninski and A. Bandeira,
 "The non-convex Burer-Monteiro approach works on smooth semidefinite programs", NeurIPS 2016).
+Where data stand on both sides of rotations, `relaxation` has the bound.
 """
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arael.certificates.problem import ChordalProblem, chordal_problem
+from arael.certificates.two_sided import TwoSidedProblem
 from arael.display.displayed import Displayed
 from arael.display.sheet import Sheet
 from arael.runtime.linear.compiled import SparseSolver
 from arael.runtime.problem import Problem
 
 Floats = NDArray[np.float64]
+Chordal: TypeAlias = ChordalProblem | TwoSidedProblem
 
 TOLERANCE = 1e-6
 """Largest gap of a global optimum, relative to the cost."""
@@ -35,8 +38,6 @@ _CLEAR = 1e-3
 that of a minimum that is not exact."""
 _LEAST = 1e-12
 """Least shift, relative to the largest diagonal entry: above the rounding of a factorisation."""
-_TINY = 1e-9
-"""Cost of a residual, in squared sigmas, below which a gap is none."""
 _ROUNDS = 30
 _RANKS = 8
 
@@ -114,7 +115,7 @@ def _percent(gap: float) -> str:
     return f"{100 * gap:.2g}" if gap < 0.99 else f"{100 * gap:.0f}"
 
 
-def certify(compiled: Any, problem: Problem) -> tuple[Certificate, ChordalProblem]:
+def certify(compiled: Any, problem: Problem) -> tuple[Certificate, Chordal]:
     """The certificate of the present values of a model, and its chordal problem.
 
     Raises
@@ -130,14 +131,8 @@ def certify(compiled: Any, problem: Problem) -> tuple[Certificate, ChordalProble
     x = chordal.minimised(start)
     optimum = chordal.cost(x)
     made = time.perf_counter()
-    multipliers, s = chordal.multipliers(x)
-    scale = max(optimum, _TINY * chordal.residuals)
-    shift, solver = _definite(chordal, s, scale)
-    m, d = len(chordal.frames.rotations), chordal.frames.d
-    bound = float(np.trace(multipliers, axis1=1, axis2=2).sum()) - shift * d * m
-    eigenvalue, direction = 0.0, None
-    if shift * d * m > _CLEAR * scale:
-        eigenvalue, direction = _least(chordal, s, solver)
+    scale = chordal.scale(optimum)
+    bound, eigenvalue, direction = _bound(chordal, x, optimum, scale)
     gap = (cost - bound) / max(cost, scale)
     done = time.perf_counter()
     seconds = {"read": read - began, "minimise": made - read, "factorise": done - made}
@@ -158,6 +153,32 @@ def certify(compiled: Any, problem: Problem) -> tuple[Certificate, ChordalProble
         x,
     )
     return found, chordal
+
+
+def _bound(
+    chordal: Chordal, x: Floats, optimum: float, scale: float
+) -> tuple[float, float, Floats | None]:
+    """A lower bound of all costs, the least eigenvalue of S, and a direction of descent.
+
+    The last two where the minimum x is clearly not the lowest, else 0 and None.
+    """
+    if isinstance(chordal, TwoSidedProblem):
+        found = chordal.bound(x, 0.5 * TOLERANCE * scale)
+        value = min(found.value, optimum)
+        if optimum - value <= _CLEAR * scale:
+            return value, 0.0, None
+        return value, found.eigenvalue, found.relaxed
+    multipliers, s = chordal.multipliers(x)
+    shift, solver = _definite(chordal, s, scale)
+    m, d = len(chordal.frames.rotations), chordal.frames.d
+    eigenvalue, direction = 0.0, None
+    if shift * d * m > _CLEAR * scale:
+        eigenvalue, direction = _least(chordal, s, solver)
+    return (
+        float(np.trace(multipliers, axis1=1, axis2=2).sum()) - shift * d * m,
+        eigenvalue,
+        direction,
+    )
 
 
 def _definite(chordal: ChordalProblem, s: Any, scale: float) -> tuple[float, SparseSolver]:
@@ -190,17 +211,23 @@ def _least(chordal: ChordalProblem, s: Any, solver: SparseSolver) -> tuple[float
     return float(values.real[k]), basis @ vectors.real[:, k]
 
 
-def climbed(chordal: ChordalProblem, certificate: Certificate) -> Floats:
-    """A lower minimum, by the staircase: (d, size), from a certificate that names a direction."""
+def climbed(chordal: Chordal, certificate: Certificate) -> Floats:
+    """A lower minimum (d, size), from a certificate that names a direction.
+
+    By the staircase; of a `TwoSidedProblem` from the rotations nearest to its relaxation.
+    """
     d = chordal.frames.d
     y, v = certificate.point, certificate.direction
     assert y is not None
+    if isinstance(chordal, TwoSidedProblem):
+        assert v is not None
+        return chordal.minimised(chordal.rounded(v))
     for _ in range(_RANKS):
         if v is None:
             break
         y = chordal.minimised(_left(chordal, y, v))
         s = chordal.multipliers(y)[1]
-        scale = max(chordal.cost(y), _TINY * chordal.residuals)
+        scale = chordal.scale(chordal.cost(y))
         shift, solver = _definite(chordal, s, scale)
         v = None
         if shift * d * len(chordal.frames.rotations) > _CLEAR * scale:

@@ -90,7 +90,7 @@ def _basis(manifold: Manifold, x: Floats, blocks: Ints) -> tuple[Any, Ints]:
     from scipy.sparse import coo_array
 
     d = len(x)
-    turns = _skew(d)
+    turns = skew_basis(d)
     ends = np.cumsum(blocks)
     is_rotation = np.zeros(x.shape[1], dtype=bool)
     is_rotation[manifold.columns.ravel()] = True
@@ -116,7 +116,7 @@ def _basis(manifold: Manifold, x: Floats, blocks: Ints) -> tuple[Any, Ints]:
     return basis, sizes
 
 
-def _skew(d: int) -> Floats:
+def skew_basis(d: int) -> Floats:
     """(k, d, d) a basis of skew matrices, of length one each."""
     found = []
     for i in range(d):

@@ -9,12 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arael.certificates.blocks import BlockMatrix
+from arael.certificates.framed import FramedProblem, kind_of
 from arael.certificates.manifold import Manifold, minimise
 from arael.certificates.newton import newton
 from arael.certificates.quadratic import Frames, Residual, frames_of, matrix_of, residuals_of
 from arael.certificates.reading import Reader
 from arael.certificates.rigid import Unreadable
-from arael.certificates.values import put_positions, put_rotations
+from arael.certificates.two_sided import (
+    MOST_POSITIONS,
+    MOST_ROTATIONS,
+    TwoSidedProblem,
+    fits,
+    two_sided_matrices,
+)
 from arael.compiler.reread import typed_model
 from arael.compiler.scalar_programs import Functions
 from arael.diagnostics.records import AraelError, Diagnostic
@@ -29,59 +36,22 @@ _SHIFT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class ChordalProblem:
-    """Costs of rotations and positions as a quadratic form.
+class ChordalProblem(FramedProblem):
+    """Costs of rotations and positions as a quadratic form of the columns of X.
 
     Attributes
     ----------
-    frames : where the unknowns lie
     q : (size, size) sparse, with ``cost = tr(X q X')``
-    exact : whether it is the model itself; else its chordal twin
-    residuals : number of residuals of the model
     matrix : its blocks, for factorisations
     """
 
-    problem: Problem
-    frames: Frames
     q: Any
-    exact: bool
-    residuals: int
     matrix: BlockMatrix
 
     @property
     def manifold(self) -> Manifold:
         """The constraints of the rotations."""
         return Manifold(self.frames.rotations, self.frames.d)
-
-    def values(self) -> Floats:
-        """(d, size) X at the values of the model."""
-        frames = self.frames
-        x = np.zeros((frames.d, frames.size))
-        x[:, : frames.d] = np.eye(frames.d)
-        for (table, column), first in frames.rotation.items():
-            rows = np.flatnonzero(first >= 0)
-            at = first[rows, None] + np.arange(frames.d)
-            x[:, at] = frames.values[table, column, "R"][rows].transpose(1, 0, 2)
-        for (table, column), first in frames.position.items():
-            rows = np.flatnonzero(first >= 0)
-            x[:, first[rows]] = frames.values[table, column, "t"][rows].T
-        return x
-
-    def put(self, x: Floats) -> None:
-        """Write X into the model, turned so that the axes of the world are its own."""
-        frames, store = self.frames, self.problem.store
-        x = x[:, : frames.d].T @ x
-        for (table, column), first in frames.rotation.items():
-            rows = np.flatnonzero(first >= 0)
-            at = first[rows, None] + np.arange(frames.d)
-            target = store.tables[table].column(column)
-            put_rotations(_kind(store, table, column), target, rows, x[:, at].transpose(1, 0, 2))
-            store.tables[table].written()
-        for (table, column), first in frames.position.items():
-            rows = np.flatnonzero(first >= 0)
-            target = store.tables[table].column(column)
-            put_positions(_kind(store, table, column), target, rows, x[:, first[rows]].T)
-            store.tables[table].written()
 
     def cost(self, y: Floats) -> float:
         """``tr(y q y')``."""
@@ -120,12 +90,8 @@ def _pinned(frames: Frames) -> Floats:
     return found
 
 
-def _kind(store: Any, table: str, column: str) -> str:
-    return str(store.layout.table(table).column(column).param.kind)
-
-
-def chordal_problem(compiled: Any, problem: Problem) -> ChordalProblem:
-    """The chordal problem of a model at its data.
+def chordal_problem(compiled: Any, problem: Problem) -> ChordalProblem | TwoSidedProblem:
+    """The chordal problem of a model at its data; of few rotations with data on both their sides.
 
     Raises
     ------
@@ -169,12 +135,21 @@ def chordal_problem(compiled: Any, problem: Problem) -> ChordalProblem:
         frames = frames_of(problem, list(atoms), d)
     except Unreadable as error:
         raise _none(problem, problem.layout.name, f"it has {error}") from None
-    q = matrix_of(frames, residuals)[0]
-    return ChordalProblem(problem, frames, q, exact, count, BlockMatrix(frames.blocks, q))
+    if all(piece.left is None for residual in residuals for piece in residual.pieces):
+        q = matrix_of(frames, residuals)[0]
+        return ChordalProblem(problem, frames, exact, count, q, BlockMatrix(frames.blocks, q))
+    if not fits(frames):
+        why = (
+            f"it has data on the left of rotations, and more than {MOST_ROTATIONS} rotations or "
+            f"{MOST_POSITIONS} positions"
+        )
+        raise _none(problem, problem.layout.name, why)
+    whole, z, best = two_sided_matrices(frames, residuals)
+    return TwoSidedProblem(problem, frames, exact, count, whole, z, best)
 
 
 def _dimension(problem: Problem, place: tuple[str, str, str]) -> int:
-    return 2 if _kind(problem.store, place[0], place[1]) == "angle" else 3
+    return 2 if kind_of(problem.store, place[0], place[1]) == "angle" else 3
 
 
 def _ways(problem: Problem, number: int) -> Any:
@@ -189,6 +164,8 @@ def _none(problem: Problem, label: str, why: str) -> AraelError:
             "E1061",
             f"`{label}` is not quadratic in rotations and positions: {why}",
             origin=problem.layout.name,
-            help=("certificates are of pose graphs, landmarks and points seen from poses",),
+            help=(
+                "certificates are of pose graphs, landmarks, points seen from poses, hand and eye",
+            ),
         )
     )

@@ -48,17 +48,19 @@ _ISOTROPIC = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """One part of a linear residual: ``sign R right``, ``sign t``, or ``sign right`` alone.
+    """One part of a linear residual: ``sign left R right``, ``sign left t``, or ``sign right``.
 
     Attributes
     ----------
     atom : the parameter; None: the axes of the world
     right : (n, d) or (n, d, d); None of a position
+    left : (n, d, d); None: no data on this side
     """
 
     sign: float
     atom: Atom | None
     right: Floats | None
+    left: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,10 +98,11 @@ class Frames:
 def linear_pieces(error: Point | Error) -> tuple[Piece, ...]:
     """A point or an error of a rotation as a linear residual of the same norm.
 
+    Without data on the left of parameters, if there is one.
+
     Raises
     ------
     Unreadable
-        There is none without data on the left of a parameter, or at all.
     """
     return _of_point(error) if isinstance(error, Point) else _of_rotation(error)
 
@@ -110,11 +113,11 @@ def _of_point(point: Point) -> tuple[Piece, ...]:
         for k, letter in enumerate(term.word):
             if letter.inverse:
                 frames.append(inverse(term.word[: k + 1]))
-    for frame in frames:
-        terms = point.moved(frame).terms
-        fits = [is_linear(t.word) and not has_left(t.word) for t in terms]
-        if all(fits) and all(t.atom is None or not t.word for t in terms):
-            return tuple(_piece(t.sign, t.word, t.atom, t.data) for t in terms)
+    turned = [point.moved(frame).terms for frame in frames]
+    for one_sided in (True, False):
+        for terms in turned:
+            if all(_fits(t.word, t.atom, one_sided) for t in terms):
+                return tuple(_piece(t.sign, t.word, t.atom, t.data) for t in terms)
     raise Unreadable("a point whose parts no one turn makes linear")
 
 
@@ -124,29 +127,33 @@ def _of_rotation(error: Error) -> tuple[Piece, ...]:
         data = tuple(one for one in word if one.data is not None)
         moving = [one for one in word if one.atom is not None]
         back = tuple(one for one in moving if one.inverse)
-        ahead = tuple(one for one in moving if not one.inverse)
-        word = joined(data, back, ahead)
+        word = joined(data, back, tuple(one for one in moving if not one.inverse))
+    splits: list[tuple[Word, Word]] = []
     for turn in range(max(len(word), 1)):
         shifted = joined(word[turn:], word[:turn])
-        for cut in range(len(shifted) + 1):
-            sides = (shifted[cut:], inverse(shifted[:cut]))
-            if all(is_linear(side) and not has_left(side) for side in sides):
-                eye = np.eye(2 if error.size == 1 else 3)[None]
-                return tuple(
-                    _piece(sign, side, None, eye)
-                    for sign, side in zip((1.0, -1.0), sides, strict=True)
-                )
+        splits += [(shifted[k:], inverse(shifted[:k])) for k in range(len(shifted) + 1)]
+    eye = np.eye(2 if error.size == 1 else 3)[None]
+    for one_sided in (True, False):
+        for ahead, behind in splits:
+            if _fits(ahead, None, one_sided) and _fits(behind, None, one_sided):
+                return _piece(1.0, ahead, None, eye), _piece(-1.0, behind, None, eye)
     raise Unreadable("a product of rotations that no split makes linear")
 
 
+def _fits(word: Word, position: Atom | None, one_sided: bool) -> bool:
+    """Whether a term is linear, with data on the right alone if it is to be one-sided."""
+    if position is not None:
+        return not word if one_sided else all(letter.data is not None for letter in word)
+    return is_linear(word) and not (one_sided and has_left(word))
+
+
 def _piece(sign: float, word: Word, atom: Atom | None, data: Floats | None) -> Piece:
-    if atom is not None:
-        return Piece(sign, atom, None)
-    right = data
-    letters = list(word)
-    while letters and letters[-1].data is not None:
+    right, letters = data, list(word)
+    while atom is None and letters and letters[-1].data is not None:
         right = _applied(letters.pop(), right)
-    return Piece(sign, letters[0].atom if letters else None, right)
+    left = letters[0].data if letters else None
+    turn = next((letter.atom for letter in letters if letter.atom is not None), None)
+    return Piece(sign, turn if atom is None else atom, right, left)
 
 
 def _applied(letter: Letter, right: Floats | None) -> Floats:
@@ -214,7 +221,7 @@ def matrix_of(frames: Frames, residuals: Sequence[Residual]) -> tuple[Any, Any]:
             if piece.right is not None and piece.right.ndim == 3:
                 wide = d
         for piece in residual.pieces:
-            for chosen, start, right in _placed(frames, piece, residual.ways, n):
+            for chosen, start, right in placed(frames, piece, residual.ways, n):
                 factor, ahead = piece.sign * root[chosen], first + wide * chosen
                 if right is None:
                     rows.append(start)
@@ -235,7 +242,7 @@ def matrix_of(frames: Frames, residuals: Sequence[Residual]) -> tuple[Any, Any]:
     return (e @ e.T).tocsr(), e
 
 
-def _placed(
+def placed(
     frames: Frames, piece: Piece, ways: Any, n: int
 ) -> list[tuple[Ints, Ints, Floats | None]]:
     """Instances, first column of the piece for each, and what its columns are multiplied by."""
