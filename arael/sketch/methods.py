@@ -628,12 +628,14 @@ class Commands:
         quiet: bool = False,
         constr: bool = False,
         bezier: bool = False,
+        through: bool = False,
     ) -> Any:
-        """A cubic spline by its poles; it begins in the first and ends in the last.
+        """A cubic spline by its poles, or through points; it begins in the first.
 
         As a command::
 
             add_spline p1 p2 p3 p4 [p5 ...] [bezier] [noconnect] [nocursor] [quiet] [constr]
+            add_spline p1 p2 p3 [p4 ...] through [noconnect] [nocursor] [quiet] [constr]
         """
         return self._command(
             "add_spline",
@@ -644,6 +646,7 @@ class Commands:
                 "quiet": quiet,
                 "constr": constr,
                 "bezier": bezier,
+                "through": through,
             },
         )
 

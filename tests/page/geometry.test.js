@@ -5,6 +5,7 @@ import { test } from "node:test";
 
 import { boundsOf, circle, curveOf, line, nearest, pointAt, spline, tangentAt } from "../../arael/sketch/page/geometry/curves.js";
 import { arcAbout, arcTangent, arcThrough, circleThrough, circleTouching, incircle, rectangleOn } from "../../arael/sketch/page/geometry/construct.js";
+import { piecesThrough } from "../../arael/sketch/page/geometry/splines.js";
 import { crossings } from "../../arael/sketch/page/geometry/intersect.js";
 import { chainOf } from "../../arael/sketch/page/geometry/chains.js";
 import { pointHandles, pointOffset } from "../../arael/sketch/page/geometry/handles.js";
@@ -45,6 +46,26 @@ test("the nearest point of an ellipse is perpendicular to it", () => {
 test("the nearest point of an arc beyond its ends is an end", () => {
   const arc = arcAbout([0, 0], [1, 0], [0, 1]);
   near(nearest(arc, [2, -3]).at, [1, 0]);
+});
+
+test("a spline through points is at each, as smooth as a natural one", () => {
+  const points = [[0, 0], [1, 1], [2, 0], [5, -1], [4, 3]];
+  const pieces = piecesThrough(points);
+  const second = ([p, q, r]) => [0, 1].map((k) => r[k] - 2 * q[k] + p[k]);
+  const poles = (b) => [0, 2, 4, 6].map((i) => [b[i], b[i + 1]]);
+  pieces.forEach((piece, i) => {
+    const here = poles(piece);
+    near(here[0], points[i]);
+    near(here[3], points[i + 1]);
+    if (!i) return;
+    const before = poles(pieces[i - 1]);
+    near([before[3][0] - before[2][0], before[3][1] - before[2][1]], [here[1][0] - here[0][0], here[1][1] - here[0][1]]);
+    near(second(before.slice(1)), second(here));
+  });
+  near(second(poles(pieces[0])), [0, 0]);
+  near(second(poles(pieces[3]).slice(1)), [0, 0]);
+  // by hand: slopes 1.5, 0, -1.5 in y
+  assert.deepEqual(piecesThrough(points.slice(0, 3))[0].map((x) => Math.round(6 * x) / 6), [0, 0, 1 / 3, 0.5, 2 / 3, 1, 1, 1]);
 });
 
 test("a B-spline of four poles is their Bezier curve, of more it is smooth where pieces meet", () => {

@@ -36,6 +36,27 @@ test("angles are measured while they are dragged, as at rest", () => {
   assert.equal(value("xangle", ["L2"]), -135);
 });
 
+test("a spline that is selected, or a pole of it, shows its control polygon", () => {
+  const poles = [0, 0, 1, 2, 3, 2, 4, 0, 6, 1];
+  const { store, view } = scene([["S0", "bspline", poles], ["S1", "bspline", poles.map((x) => x + 20)], ["L0", "line", [0, 0, 9, 9]]]);
+  const drawn = (/** @type {string[]} */ ...names) => {
+    store.select(names);
+    const pen = [];
+    const ctx = new Proxy({}, {
+      get: (_, key) => (...given) => void (key === "moveTo" || key === "lineTo" ? pen.push(given) : 0),
+      set: () => true,
+    });
+    new Batches(store, () => true)._polygons(ctx, view, { guide: "grey" });
+    return pen;
+  };
+  const expected = [[0, 0], [1, 2], [3, 2], [4, 0], [6, 1]].map((pole) => view.toScreen(pole));
+  assert.deepEqual(drawn("S0"), expected);
+  assert.deepEqual(drawn("L0", "S0.pole3"), expected);
+  assert.deepEqual(drawn("S0.p1"), expected);
+  assert.deepEqual(drawn("L0"), []);
+  assert.equal(drawn("S0", "S1").length, 10);
+});
+
 test("no badge overlaps another", () => {
   const { store, view } = rectangle();
   const glyphs = layoutGlyphs({ store, view }, new Places(), new Set()).filter((glyph) => !glyph.ring);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from math import ceil, hypot, sqrt
 
@@ -305,6 +306,19 @@ class BSpline(Curve, frozen=True):
     def area_about(self, origin: Point) -> float:
         """Sum over the spans."""
         return sum(piece.area_about(origin) for piece in self.beziers())
+
+
+def poles_through(points: Sequence[Point]) -> tuple[Point, ...]:
+    """Poles of the B-spline that is at a point at each of its knots, and straight at its ends.
+
+    The natural cubic spline with uniform knots: C. de Boor, A Practical Guide to Splines, chapter
+    IV.
+    """
+    # imported here: start-up time
+    from scipy.interpolate import make_interp_spline
+
+    found = make_interp_spline(range(len(points)), points, k=3, bc_type="natural").c
+    return tuple((x, y) for x, y in found.tolist())
 
 
 @lru_cache(maxsize=64)

@@ -31,6 +31,7 @@ const ICONS = {
   tool_earc_tangent: ["M2 16h5c7 0 9-5 9-11", DOT(7, 16), DOT(16, 5)],
   tool_earc_rtangent: ["M2 16h5c7 0 9-5 9-11M13.5 7L16 4.5 18.5 7"],
   tool_spline: ["M3 14C6 2 12 20 17 5", DOT(3, 14), DOT(17, 5)],
+  tool_spline_through: ["M3 14C6 2 8 6 10 10S14 16 17 5", DOT(3, 14), DOT(10, 10), DOT(17, 5)],
   tool_bezier: ["M3 15C5 3 14 3 17 15M3 15L6 5M17 15L13.5 5"],
   tool_slot: ["M6.5 6h7a4 4 0 0 1 0 8h-7a4 4 0 0 1 0-8z", DOT(6.5, 10, 1.2), DOT(13.5, 10, 1.2)],
   tool_polygon: ["M6 3.5h8l4 6.5-4 6.5h-8L2 10z"],

@@ -12,6 +12,7 @@ const FAMILIES = [
   { title: "circles", tools: ["circle", "circle2", "circle3", "circle2t", "circle3t"] },
   { title: "arcs", tools: ["arc", "arc_center", "arc_tangent"] },
   { title: "ellipses", tools: ["ellipse", "earc3", "earc_center", "earc_tangent", "earc_rtangent"] },
+  { title: "splines", tools: ["spline", "spline_through"] },
   { title: "shapes", tools: ["slot", "polygon", "text"] },
   { title: "corners", tools: ["fillet", "chamfer"] },
   { title: "cuts", tools: ["trim", "split", "extend"] },

@@ -158,6 +158,23 @@ def test_a_spline_ends_by_a_right_click(page: Any) -> None:
     assert page.evaluate("app.store.entities.get('S0').size") == 10
 
 
+@exercises("tool:spline_through", "key:Alt+Shift+S")
+def test_a_spline_through_points_shows_its_control_polygon(page: Any) -> None:
+    press(page, "Alt+Shift+S")
+    for place in ((0, 0), (4, 8), (10, -4)):
+        click(page, *place)
+    press(page, "Enter")
+    wait(page, "app.store.entities.size === 1")
+    poles = page.evaluate("[...app.store.numbers('S0')]")
+    expected = [0, 0, 7 / 6, 13 / 3, 3.5, 13, 47 / 6, 5 / 3, 10, -4]
+    assert poles == pytest.approx(expected, abs=0.2)
+    press(page, "Escape")
+    before = page.evaluate("app.renderer.ground.canvas.toDataURL()")
+    page.evaluate("app.store.select(['S0.pole3'])")
+    wait(page, "app.renderer.resting && app.renderer.resting.polygons.length === 1")
+    assert page.evaluate("app.renderer.ground.canvas.toDataURL()") != before
+
+
 @exercises("tool:circle3t", "tool:circle2t", "tool:arc_tangent")
 def test_tangent_circles_and_arcs(page: Any) -> None:
     run(page, "add_line 0,0 20,0; add_line 0,0 0,20; add_line 20,0 0,20")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from arael.diagnostics.records import AraelError
 from arael.sketch.commands import table
 from arael.sketch.commands.session import Session
 from arael.sketch.document.kinds import CONSTRAINTS, DIMENSIONS
@@ -269,6 +270,18 @@ def test_selection_of_what_hangs_together() -> None:
     assert said(session, "select all").count("L") == 6
     assert said(session, "list selection").splitlines()[0] == "L0"
     assert said(session, "deselect") == "Nothing is selected"
+
+
+def test_a_spline_through_points(session: Session) -> None:
+    text = "Added S1: (30, 0)-(32, 0), 5 poles through 3 points"
+    assert said(session, "add_spline 30,0 31,1 32,0 through") == text
+    entity = session.document.entities["S1"]
+    assert entity.kind == "bspline"
+    assert session.document.numbers_of("S1")[1::2] == pytest.approx([0, 0.5, 1.5, 0.5, 0])
+    with pytest.raises(AraelError, match="3 points that it goes through, found 2"):
+        session.run("add_spline 30,0 31,1 through")
+    with pytest.raises(AraelError, match="exclude each other"):
+        session.run("add_spline 1,0 2,1 3,0 4,1 bezier through")
 
 
 def test_lists(session: Session) -> None:

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from scipy.integrate import quad
 from scipy.interpolate import BSpline as ReferenceSpline
+from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from arael.sketch.geometry import (
@@ -25,6 +26,7 @@ from arael.sketch.geometry import (
     Line,
     Point,
 )
+from arael.sketch.geometry.splines import poles_through
 from tests.sketch.geometry.strategies import BSPLINES, CURVES, POINTS, SCALES
 
 FEW = settings(max_examples=60, deadline=None)
@@ -159,6 +161,18 @@ def test_b_splines_are_those_of_scipy(curve: BSpline) -> None:
     for t in (0, 0.1, 0.5, 0.77, 1):
         np.testing.assert_allclose(curve.point_at(t), reference(t), atol=1e-12)
         np.testing.assert_allclose(curve.derivative_at(t), reference(t, 1), atol=1e-9)
+
+
+def test_a_spline_through_points_is_the_natural_one() -> None:
+    points = [(0.0, 0.0), (4.0, 8.0), (10.0, -4.0), (10.0, -4.0), (3.0, 1.0), (-2.0, 5.0)]
+    curve = BSpline(poles_through(points))
+    assert curve.spans == len(points) - 1
+    reference = CubicSpline(np.arange(6), np.array(points), bc_type="natural")
+    for t in np.linspace(0, 1, 23):
+        np.testing.assert_allclose(curve.point_at(float(t)), reference(5 * t), atol=1e-12)
+    # by hand: slopes 1.5, 0, -1.5 in y at equal steps
+    poles = poles_through([(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)])
+    assert np.array(poles)[:, 1] == pytest.approx([0, 0.5, 1.5, 0.5, 0])
 
 
 def test_a_b_spline_cut_at_knots_stays_b_splines() -> None:

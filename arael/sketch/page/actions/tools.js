@@ -20,6 +20,7 @@ export const TOOL_KEYS = {
   earc_center: "Alt+Shift+E",
   earc_tangent: "Alt+Shift+T",
   spline: "Shift+S",
+  spline_through: "Alt+Shift+S",
   slot: "Shift+L",
   polygon: "Shift+P",
   point: "P",

@@ -5,6 +5,7 @@ export const WORDS = {
   tool_select: "pick arrow cursor",
   tool_line: "polyline segment",
   tool_arc: "three-point arc",
+  tool_spline_through: "fit interpolate freehand curve",
   tool_slot: "oblong obround",
   tool_polygon: "hexagon regular",
   tool_fillet: "round corner radius",

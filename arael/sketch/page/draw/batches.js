@@ -33,6 +33,8 @@ export class Batches {
     const batches = new Map();
     /** @type {Map<string, Marks>} */
     const marks = new Map();
+    /** Selected splines, whose control polygons are shown. @type {Entity[]} */
+    this.polygons = [];
     let total = 0;
     let counted = 0;
     for (const entity of store.entities.values()) {
@@ -47,6 +49,7 @@ export class Batches {
         const batch = hidden ? null : batchOf(batches, state, base || !!entity.construction, entity.style ?? "solid");
         if (entity.kind === "line") batch?.lines.push(entity.at);
         else batch?.curves.push(entity);
+        if (hasPoles(entity) && isPicked(store, entity)) this.polygons.push(entity);
       }
       if (entity.kind === "line" && counted < 2000) {
         const v = store.values;
@@ -84,6 +87,7 @@ export class Batches {
   draw(ctx, view, palette) {
     for (const batch of this.batches) this._halo(ctx, view, palette, batch);
     for (const batch of this.batches) this._outline(ctx, view, palette, batch);
+    this._polygons(ctx, view, palette);
     for (const marks of this.marks) this._mark(ctx, view, palette, marks);
   }
 
@@ -146,6 +150,22 @@ export class Batches {
     ctx.stroke();
   }
 
+  /** From pole to pole of the selected splines. @param {CanvasRenderingContext2D} ctx @param {View} view @param {Palette} palette */
+  _polygons(ctx, view, palette) {
+    if (!this.polygons.length) return;
+    const v = this.store.values;
+    ctx.strokeStyle = palette.guide;
+    ctx.lineWidth = 1;
+    ctx.setLineDash(CONSTRUCTION_DASH);
+    ctx.beginPath();
+    for (const { at, size } of this.polygons) {
+      ctx.moveTo(...view.toScreen([v[at], v[at + 1]]));
+      for (let i = at + 2; i < at + size; i += 2) ctx.lineTo(...view.toScreen([v[i], v[i + 1]]));
+    }
+    ctx.stroke();
+    ctx.setLineDash([]);
+  }
+
   /** @param {CanvasRenderingContext2D} ctx @param {View} view @param {Batch} batch */
   _letter(ctx, view, batch) {
     if (!batch.texts.length) return;
@@ -205,6 +225,15 @@ function stateOf(store, handle) {
   if (state === "impossible" || state === "redundant") return state;
   if (selection.has(handle) || selection.has(name)) return "selected";
   return state;
+}
+
+/** @param {Entity} entity */
+const hasPoles = ({ kind }) => kind === "bezier" || kind === "bspline";
+
+/** Whether an entity or a point of it is selected. @param {Store} store @param {Entity} entity */
+function isPicked({ selection }, entity) {
+  if (!selection.size) return false;
+  return selection.has(entity.name) || pointHandles(entity).some((handle) => selection.has(handle));
 }
 
 /** Construction lies behind the outline, what matters most in front. @param {Batch} a @param {Batch} b */

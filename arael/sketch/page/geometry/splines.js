@@ -39,6 +39,34 @@ function inserted(knots, points, u) {
   return [[...knots.slice(0, k + 1), u, ...knots.slice(k + 1)], next];
 }
 
+/**
+ * Pieces of the natural cubic spline through points, one for each step: its slopes `m` have
+ * m[i-1] + 4 m[i] + m[i+1] = 3 (p[i+1] - p[i-1]), and at its ends 2 m[0] + m[1] = 3 (p[1] - p[0]).
+ * @param {Point[]} points  at least two
+ * @returns {number[][]}
+ */
+export function piecesThrough(points) {
+  const last = points.length - 1;
+  /** @type {number[]} */
+  const factors = [];
+  /** @type {Point[]} */
+  const slopes = [];
+  points.forEach((_, i) => {
+    const [left, right] = [points[Math.max(i - 1, 0)], points[Math.min(i + 1, last)]];
+    const pivot = (i === 0 || i === last ? 2 : 4) - (i ? factors[i - 1] : 0);
+    const before = i ? slopes[i - 1] : [0, 0];
+    factors.push(1 / pivot);
+    slopes.push([(3 * (right[0] - left[0]) - before[0]) / pivot, (3 * (right[1] - left[1]) - before[1]) / pivot]);
+  });
+  for (let i = last - 1; i >= 0; i--) {
+    for (const k of /** @type {const} */ ([0, 1])) slopes[i][k] -= factors[i] * slopes[i + 1][k];
+  }
+  return points.slice(1).map((q, i) => {
+    const [p, m, n] = [points[i], slopes[i], slopes[i + 1]];
+    return [p[0], p[1], p[0] + m[0] / 3, p[1] + m[1] / 3, q[0] - n[0] / 3, q[1] - n[1] / 3, q[0], q[1]];
+  });
+}
+
 /** @param {number[]} b @param {number} t @returns {Point} */
 export function piecePoint(b, t) {
   const u = 1 - t;

@@ -17,7 +17,7 @@ import { PolygonTool } from "./polygon.js";
 import { RECTANGLES } from "./rectangles.js";
 import { SelectTool } from "./select.js";
 import { SlotTool } from "./slot.js";
-import { SplineTool } from "./spline.js";
+import { SplineTool, ThroughTool } from "./spline.js";
 import { TextTool } from "./text.js";
 import { TRANSFORMS } from "./transforms.js";
 
@@ -35,6 +35,7 @@ export const TOOLS = [
   ...ARCS,
   ...ELLIPSES,
   SplineTool.spec,
+  ThroughTool.spec,
   SlotTool.spec,
   PolygonTool.spec,
   PointTool.spec,

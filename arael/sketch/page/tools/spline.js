@@ -1,6 +1,7 @@
-/** Cubic splines by their poles: four make a Bezier curve, more a B-spline. */
+/** Cubic splines by their poles, of which four make a Bezier curve and more a B-spline, or through points. */
 
 import { line, spline } from "../geometry/curves.js";
+import { piecesThrough } from "../geometry/splines.js";
 import { coordinate, extras } from "./compose.js";
 import { PointsTool } from "./points.js";
 
@@ -11,10 +12,15 @@ export class SplineTool extends PointsTool {
     make: (app) => new SplineTool(app),
   };
 
-  /** @param {import("../app.js").App} app */
-  constructor(app) {
-    // the number of poles is open: Enter or a right click ends it
-    super(app, ["first pole: the start", "second pole", "third pole", ...Array(200).fill("next pole; Enter or a right click ends the spline")]);
+  least = 4;
+  /** What its places are, at the end of the command. */
+  words = "noconnect";
+  refusal = "a spline has at least four poles";
+
+  /** @param {import("../app.js").App} app @param {string[]} [first] @param {string} [next] */
+  constructor(app, first = ["first pole: the start", "second pole", "third pole"], next = "next pole") {
+    // the number of places is open: Enter or a right click ends it
+    super(app, [...first, ...Array(200).fill(`${next}; Enter or a right click ends the spline`)]);
   }
 
   doubleClick() {
@@ -22,15 +28,15 @@ export class SplineTool extends PointsTool {
   }
 
   finish() {
-    if (this.places.length >= 4) void this.commit();
-    else if (this.places.length) this.app.say("a spline has at least four poles");
+    if (this.places.length >= this.least) void this.commit();
+    else if (this.places.length) this.app.say(this.refusal);
   }
 
   /** @param {import("../types.js").Place[]} places */
   compose(places) {
     const last = places[places.length - 1];
     return {
-      text: `add_spline ${places.map((place) => coordinate(place.at)).join(" ")} noconnect`,
+      text: `add_spline ${places.map((place) => coordinate(place.at)).join(" ")} ${this.words}`,
       extras: [...extras(places[0], "_.p1"), ...extras(last, "_.p2")],
     };
   }
@@ -39,5 +45,30 @@ export class SplineTool extends PointsTool {
     const points = this.all.map((place) => place.at);
     const guides = points.slice(1).map((p, i) => line(points[i], p));
     return { points, guides, curves: points.length >= 4 ? [spline(points)] : [] };
+  }
+}
+
+/** A spline through points. */
+export class ThroughTool extends SplineTool {
+  /** @type {import("../types.js").ToolSpec} */
+  static spec = {
+    id: "spline_through", title: "Spline through points", key: "", group: "create",
+    hint: "points that a cubic spline goes through, at least three", make: (app) => new ThroughTool(app),
+  };
+
+  least = 3;
+  words = "through noconnect";
+  refusal = "a spline goes through at least three points";
+
+  /** @param {import("../app.js").App} app */
+  constructor(app) {
+    super(app, ["first point: the start", "second point"], "next point");
+  }
+
+  preview() {
+    const points = this.all.map((place) => place.at);
+    /** @type {import("../types.js").Curve[]} */
+    const curves = points.length >= 2 ? [{ type: "spline", poles: points, pieces: piecesThrough(points) }] : [];
+    return { points, guides: [], curves };
   }
 }
