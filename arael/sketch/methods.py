@@ -871,6 +871,16 @@ class Commands:
         """
         return self._command("pattern", (*words,), {})
 
+    def rename(self, name: Argument, new_name: Argument) -> Any:
+        """Rename an entity or dimension; everything that refers to it follows.
+
+        As a command::
+
+            rename L0 base1
+            rename d0 width1
+        """
+        return self._command("rename", (name, new_name), {})
+
     def scale(self, *words: Argument) -> Any:
         """Scale entities uniformly about a point.
 

@@ -16,6 +16,7 @@ from arael.sketch.commands.table import command
 from arael.sketch.commands.tokens import Token, fail
 from arael.sketch.document.document import Document
 from arael.sketch.document.saved import load, save
+from arael.sketch.transfer.naming import handle_under
 
 EXPORTS = (".dxf", ".svg", ".pdf", ".png", ".step", ".stp")
 IMPORTS = (".dxf", ".svg")
@@ -207,12 +208,7 @@ def suggested(one: Any, names: dict[str, str]) -> str:
     kind, args = getattr(one, "kind", None), getattr(one, "args", None)
     if kind is None or args is None:
         return str(one)
-    return " ".join([kind, *(_renamed(arg, names) for arg in args)])
-
-
-def _renamed(handle: str, names: dict[str, str]) -> str:
-    name, dot, point = handle.partition(".")
-    return f"{names.get(name, name)}{dot}{point}"
+    return " ".join([kind, *(handle_under(names, arg) for arg in args)])
 
 
 def _exchange(token: Token) -> Any:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from arael.sketch.commands.session import Session
 from arael.sketch.document.document import Document
-from arael.sketch.document.records import Amount, Group, Option
-from arael.sketch.expressions.dependencies import texts_of
+from arael.sketch.document.kinds import PREFIXES
+from arael.sketch.document.records import Amount
 from arael.sketch.expressions.renaming import renamed
+from arael.sketch.transfer.naming import group_under, handle_under
 
 
 def take_over(session: Session, other: Document) -> dict[str, str]:
@@ -19,18 +19,22 @@ def take_over(session: Session, other: Document) -> dict[str, str]:
     """
     document = session.document
     names: dict[str, str] = {}
+    taken: set[str] = set()
 
     def name_for(old: str) -> str:
         prefix = old.rstrip("0123456789")
-        new = old if prefix == old else document.next_name(prefix)
-        while document.find(new) is not None:
-            new = document.next_name(prefix) if prefix != old else f"{new}_"
+        counted = prefix != old and prefix in PREFIXES
+        new = document.next_name(prefix) if counted else old
+        while new in taken or document.find(new) is not None:
+            if prefix == old:
+                new = f"{new}_"
+            elif counted:
+                new = document.next_name(prefix)
+            else:
+                new = f"{prefix}{int(new[len(prefix) :]) + 1}"
         names[old] = new
+        taken.add(new)
         return new
-
-    def handle(text: str) -> str:
-        name, dot, point = text.partition(".")
-        return f"{names.get(name, name)}{dot}{point}"
 
     def amount(one: Amount) -> Amount:
         return Amount(renamed(one.text, names), one.number)
@@ -60,7 +64,7 @@ def take_over(session: Session, other: Document) -> dict[str, str]:
                 else name_for(constraint.name)
             )
             names[constraint.name] = name
-            args = tuple(map(handle, constraint.args))
+            args = tuple(handle_under(names, one) for one in constraint.args)
             document.put("constraints", replace(constraint, name=name, args=args))
         for dimension in other.dimensions.values():
             document.put(
@@ -68,45 +72,14 @@ def take_over(session: Session, other: Document) -> dict[str, str]:
                 replace(
                     dimension,
                     name=names[dimension.name],
-                    args=tuple(map(handle, dimension.args)),
+                    args=tuple(handle_under(names, one) for one in dimension.args),
                     value=dimension.value and amount(dimension.value),
                     low=dimension.low and amount(dimension.low),
                     high=dimension.high and amount(dimension.high),
                 ),
             )
         for group in other.groups.values():
-            document.put(
-                "groups",
-                replace(
-                    group,
-                    name=name_for(group.name),
-                    sources=tuple(names[one] for one in group.sources),
-                    results=tuple(names[one] for one in group.results),
-                    owned=tuple(names[one] for one in group.owned),
-                    options=_options(group, names, handle),
-                ),
-            )
+            name_for(group.name)
+            document.put("groups", group_under(names, group))
         session.editor.solve()
     return names
-
-
-#: Options of groups that are handles, or lists of names.
-_HANDLES = ("about", "along")
-_NAMES = ("rests_on", "pins")
-
-
-def _options(
-    group: Group, names: Mapping[str, str], handle: Callable[[str], str]
-) -> dict[str, Option]:
-    """Options of a group with the names that its parts have now."""
-    found = dict(group.options)
-    for key, text in texts_of(group).items():
-        found[key] = renamed(text, names)
-    for key in _HANDLES:
-        if found.get(key):
-            found[key] = handle(str(found[key]))
-    for key in _NAMES:
-        listed = found.get(key)
-        if isinstance(listed, tuple):
-            found[key] = tuple(names.get(str(one), str(one)) for one in listed)
-    return found

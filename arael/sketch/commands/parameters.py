@@ -44,6 +44,8 @@ def require_name(session: Session, token: Token) -> str:
         reason = "it is a reserved word"
     elif session.variable(name) is not None:
         reason = "there is a variable of this name"
+    elif session.document.find(name) is not None:
+        reason = "something in the sketch has this name"
     if reason:
         message = f"`{name[:60]}` cannot be a parameter: {reason}"
         fail("E1255", message, token.span, "", "choose another name")

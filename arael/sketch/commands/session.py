@@ -297,6 +297,8 @@ class Session:
             reason = "it has a meaning of its own"
         elif name in self.document.parameters:
             reason = "there is a parameter of this name"
+        elif self.document.find(name) is not None:
+            reason = "something in the sketch has this name"
         if reason:
             fail("E1255", f"`{name}` cannot be a variable: {reason}", span, "", "choose another")
 
@@ -327,8 +329,10 @@ class Session:
         return f"{found}{dot}{rest}" if isinstance(found, str) else text
 
     def variable(self, name: str) -> Variable | None:
-        """Value of a variable, None if there is none of this name."""
-        state = self.state
+        """Value of a variable, None if there is none of this name, or something is called so."""
+        state, document = self.state, self.document
+        if name in document.entities or name in document.dimensions:
+            return None
         if name == "_":
             return state.main or None
         if name.startswith("_") and name[1:].isdigit() and name not in state.variables:

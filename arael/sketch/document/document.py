@@ -226,7 +226,7 @@ class Document:
             del table[change.key]
         else:
             table[change.key] = record
-            if change.order is not None and backwards:
+            if change.order is not None:
                 ordered = {key: table[key] for key in change.order}
                 table.clear()
                 table.update(ordered)
@@ -247,6 +247,14 @@ class Document:
         number = int(self._settings.get(key, 0))
         self._make(SettingChange(key, self._settings.get(key), number + 1))
         return f"{prefix}{number}"
+
+    def take_name(self, name: str, prefix: str) -> None:
+        """Let `next_name` go on behind a name, if it has this prefix (``L4``)."""
+        if name.rstrip("0123456789") == prefix:
+            number = int(name[len(prefix) :]) + 1
+            self.set_setting(
+                f"counter:{prefix}", max(number, int(self._settings.get(f"counter:{prefix}", 0)))
+            )
 
     def add_entity(self, kind: str, numbers: ArrayLike, *, name: str = "", **flags: Any) -> Entity:
         """A new entity with its numbers (see `kinds.ENTITIES`; splines: x, y of every pole).
@@ -289,13 +297,9 @@ class Document:
 
     def rename(self, table: str, name: str, record: _R) -> None:
         """Put a record in the place of the one called `name`, under its own name."""
-        keys = [record.name if key == name else key for key in self._tables[table]]
+        keys = tuple(record.name if key == name else key for key in self._tables[table])
         self.remove(table, name)
-        self.put(table, record)
-        for key in keys[keys.index(record.name) + 1 :]:
-            moved = self._tables[table][key]
-            self.remove(table, key)
-            self.put(table, moved)
+        self._make(RecordChange(table, record.name, None, record, keys))
 
     def set_values(self, offsets: Sequence[int] | NDArray[Any], numbers: ArrayLike) -> None:
         """Change numbers; those that stay as they are are not recorded.

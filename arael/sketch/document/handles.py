@@ -5,10 +5,15 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from arael.sketch.document.kinds import ENTITIES, OPERANDS
+from arael.sketch.document.kinds import ENTITIES, OPERANDS, PREFIXES
 from arael.sketch.document.records import Entity
 
 _HANDLE = re.compile(r"([A-Za-z]+\d+)(?:\.(\w+))?\Z")
+#: Letters and a number, but for `p1` and `pole3`, which are points of entities.
+_NAME = re.compile(r"(?!p\d|pole\d)([A-Za-z]+)[0-9]+\Z")
+
+#: Longest name of a record, in characters.
+LONGEST_NAME = 40
 
 
 class Handle(NamedTuple):
@@ -28,6 +33,19 @@ def split_handle(text: str) -> Handle | None:
     """The parts of a handle as it is written, None if the text is none."""
     found = _HANDLE.match(text)
     return Handle(found[1], found[2] or "") if found else None
+
+
+def can_name(name: str, prefix: str) -> bool:
+    """Whether an entity or dimension can have a name: letters and a number, ``bore1``.
+
+    Parameters
+    ----------
+    prefix : of its kind; those of other kinds are not free
+    """
+    found = _NAME.match(name)
+    if found is None or len(name) > LONGEST_NAME:
+        return False
+    return found[1] == prefix or found[1] not in PREFIXES
 
 
 def point_offsets(entity: Entity) -> dict[str, int]:

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 class RecordChange:
     """A record put in (`old` None), replaced, or taken out (`new` None).
 
-    `order` are the table's keys before a removal: undo puts the record back in its place.
+    `order` are the table's keys while the record is in it, where its place is not the end: before
+    a removal, so that undo puts it back in its place, or after it was put in.
     """
 
     table: str

@@ -14,7 +14,13 @@ import numpy as np
 from arael.diagnostics.records import AraelError, Diagnostic
 from arael.io.files import write_whole
 from arael.sketch.document.document import Document
-from arael.sketch.document.handles import point_offsets, split_handle, takes
+from arael.sketch.document.handles import (
+    LONGEST_NAME,
+    can_name,
+    point_offsets,
+    split_handle,
+    takes,
+)
 from arael.sketch.document.kinds import (
     CONSTRAINTS,
     DIMENSIONS,
@@ -219,21 +225,18 @@ class _Reader:
                 raise self._wrong("counters", f"`{prefix[:40]}`: {number} is not a counter")
             self.document.set_setting(f"counter:{prefix}", number)
 
-    def _name(self, place: str, name: str, prefixes: Iterable[str]) -> None:
-        parts = split_handle(name)
-        prefix = name.rstrip("0123456789")
-        if parts is None or parts.point or prefix not in prefixes or len(name) > 40:
-            raise self._wrong(place, f"`{name[:40]}` is not a name of this kind")
-        counter = f"counter:{prefix}"
-        number = int(name[len(prefix) :])
-        if number >= int(self.document.settings.get(counter, 0)):
-            self.document.set_setting(counter, number + 1)
+    def _name(self, place: str, name: str, prefix: str, *, free: bool = False) -> None:
+        """Check a name; `free`: it may have been given by the user."""
+        own = name.rstrip("0123456789") == prefix
+        if not can_name(name, prefix) or not (own or free):
+            raise self._wrong(place, f"`{name[:LONGEST_NAME]}` is not a name of this kind")
+        self.document.take_name(name, prefix)
 
     def _entity(self, place: str, saved: _Entity) -> None:
         kind = ENTITIES.get(saved.kind)
         if kind is None:
             raise self._wrong(place, f"`{saved.kind[:40]}` is not a kind of entity")
-        self._name(place, saved.name, (kind.prefix,))
+        self._name(place, saved.name, kind.prefix, free=True)
         style = saved.style
         if style not in STYLES:
             raise self._wrong(place, f"`{style[:40]}` is not a style")
@@ -302,7 +305,7 @@ class _Reader:
             f"C{constraint.args[0] if constraint.args else ''}{constraint.kind[0].upper()}"
         )
         if not own:
-            self._name(place, constraint.name, ("C",))
+            self._name(place, constraint.name, "C")
         form = self._operands(place, kind.forms, constraint.args)
         if len(constraint.numbers) != len(form.numbers):
             raise self._wrong(place, f"has {len(form.numbers)} numbers")
@@ -316,7 +319,7 @@ class _Reader:
         kind = DIMENSIONS.get(dimension.kind)
         if kind is None:
             raise self._wrong(place, f"`{dimension.kind[:40]}` is not a kind of dimension")
-        self._name(place, dimension.name, ("d",))
+        self._name(place, dimension.name, "d", free=True)
         self._operands(place, kind.forms, dimension.args)
         for amount in (dimension.value, dimension.low, dimension.high):
             self._amount(place, amount)
@@ -331,7 +334,7 @@ class _Reader:
     def _group(self, place: str, saved: _Group) -> None:
         if saved.kind not in GROUPS:
             raise self._wrong(place, f"`{saved.kind[:40]}` is not a kind of group")
-        self._name(place, saved.name, ("M",))
+        self._name(place, saved.name, "M")
         for name in (*saved.sources, *saved.results):
             if name not in self.document.entities:
                 raise self._wrong(place, f"no entity `{name[:40]}`")

@@ -11,7 +11,7 @@ from arael.sketch.judge.motions import Motion, listed, shortened
 MOST = 6
 """So many motions, and so many groups of more motions, are listed."""
 
-_NAMES = re.compile(r"[A-Z]+\d+(?:\.\.[A-Z]+\d+)?(?:\.\w+)?")
+_NAMES = re.compile(r"\b(?!p[12]\b)[A-Za-z]+\d+(?:\.\.[A-Za-z]+\d+)?(?:\.\w+)?")
 _POINT = re.compile(r"□\.?|\([^)]*\)")
 _POLE = re.compile(r"pole \d+ of")
 

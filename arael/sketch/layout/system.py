@@ -289,7 +289,12 @@ class System(Numbers):
 
     def _arguments(self, name: str) -> list[str]:
         record = self.document.constraints.get(name)
-        return [arg for arg in (record.args if record else ()) if "." in arg or arg[0] == "P"]
+        entities = self.document.entities
+        return [
+            arg
+            for arg in (record.args if record else ())
+            if "." in arg or entities[arg].kind == "point"
+        ]
 
     def linearisation(
         self,

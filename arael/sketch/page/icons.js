@@ -103,6 +103,7 @@ const ICONS = {
   switch_off: ["M10 3v6M6 5.5a6 6 0 1 0 8 0"],
   switch_on: ["M10 3v6M6 5.5a6 6 0 1 0 8 0", DOT(10, 11.5, 1.5)],
   edit_value: ["M4 16l1-4 8-8 3 3-8 8zM11.5 5.5l3 3"],
+  rename: ["M2.5 6h15v8h-15z", "M6 8v4M4.8 8h2.4M4.8 12h2.4"],
   fit: ["M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4", "M7 8h6v4h-6z"],
   zoom_in: [CIRCLE(8.5, 8.5, 5.5), "M12.5 12.5L17 17M6 8.5h5M8.5 6v5"],
   zoom_out: [CIRCLE(8.5, 8.5, 5.5), "M12.5 12.5L17 17M6 8.5h5"],

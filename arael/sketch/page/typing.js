@@ -116,7 +116,7 @@ export class Typing {
    * @param {string[]} names
    */
   async add(spec, names) {
-    const expression = spec.present(names);
+    const expression = spec.present(names, this.app.store);
     const reply = expression ? await this.app.wire.ask("evaluate", { text: expression }) : null;
     const quantity = quantityOf(spec.id);
     const text = reply?.ok ? this._told(reply, quantity) : "";

@@ -172,6 +172,12 @@ EDITS: dict[str, tuple[str, list[str], str, str]] = {
         "F2",
         "document.activeElement.id === 'typed' && document.activeElement.value === '12'",
     ),
+    "rename": (
+        LINES,
+        ["L1"],
+        "Shift+F2",
+        "document.activeElement.getAttribute('aria-label') === 'new name of L1'",
+    ),
     "image": (
         LINES,
         ["L0", "L1"],

@@ -134,6 +134,27 @@ def test_the_history_goes_back_and_forth(own_page: Any) -> None:
     wait(page, "app.store.entities.size === 0")
 
 
+@exercises("action:rename")
+def test_what_is_selected_is_renamed_by_a_double_click_on_its_name(page: Any) -> None:
+    run(page, "length L0 40")
+    page.evaluate("app.store.select(['L0'])")
+    panel = show(page, "selection")
+    panel.locator(".chips .name").dblclick()
+    field = panel.get_by_label("new name of L0")
+    field.fill("base")
+    press(page, "Enter")
+    panel.get_by_text("letters and a number").wait_for()
+    field.fill("base1")
+    press(page, "Enter")
+    wait(page, "[...app.store.selection].join() === 'base1'")
+    assert page.evaluate("app.store.dimensions.get('d0').args") == ["base1"]
+    panel.get_by_role("button", name="base1").first.press("F2")
+    panel.get_by_label("new name of base1").press("Escape")
+    assert panel.locator(".chips").inner_text() == "base1"
+    run(page, "undo")
+    wait(page, "app.store.entities.has('L0') && !app.store.entities.has('base1')")
+
+
 @exercises("panel:selection")
 def test_the_selection_is_described(page: Any) -> None:
     page.evaluate("app.store.select(['L0'])")

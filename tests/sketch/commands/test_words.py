@@ -20,7 +20,7 @@ horizontal vertical parallel perpendicular collinear equal equal_angle tangent s
 concentric point_on midpoint symmetry on_normal image fix explain
 length distance hdistance vdistance radius diameter radius_b sweep arc_length angle xangle
 total_length area freeze set_derived set_driven dim_pos
-param del_param rename_param
+param del_param rename_param rename
 select deselect print info list measure find dof cost why free what_if sensitivity
 undo redo history goto center zoom cursor msg save load export import clear help exit
 """

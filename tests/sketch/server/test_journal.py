@@ -35,6 +35,8 @@ LINES = [
     "param w 2",
     "settings unit cm",
     "rename_param w width",
+    "rename A0 bore1",
+    "rename L0 base1; rename base1 L0",
     "mirror L0 about L1",
     "clear",
     "undo",

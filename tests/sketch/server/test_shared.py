@@ -66,6 +66,7 @@ def test_each_edit_keeps_the_mirror_in_step(page: Local) -> None:
         "split L0 by _",
         "settings unit cm",
         "rename_param w width",
+        "rename A0 bore1",
         "clear",
         "undo",
         "constr L1",

@@ -1,6 +1,6 @@
 /** Dimensions as actions on the selection; the value is typed over the drawing. */
 
-import { only } from "../picked.js";
+import { only, picked } from "../picked.js";
 
 /**
  * @typedef {import("../picked.js").Picked} Picked
@@ -12,7 +12,7 @@ import { only } from "../picked.js";
  * @property {string} needs  in words
  * @property {boolean} [chain]  it takes any number
  * @property {(one: Picked) => string[]} operands  empty if the selection does not fit
- * @property {(names: string[]) => string} present  expression of the value that it has now, empty if there is none
+ * @property {(names: string[], store: import("../store.js").Store) => string} present  expression of the value that it has now, empty if there is none
  */
 
 /** @param {boolean} fits @param {string[]} names */
@@ -46,7 +46,10 @@ export const DIMENSIONS = [
     key: "Alt+D",
     needs: "two of points, lines and circles",
     operands: distance,
-    present: (names) => (/A\d+( |$)|^L\d+ L/.test(names.join(" ")) ? "" : `dist(${names.join(", ")})`),
+    present: (names, store) => {
+      const { rounds, lines } = picked(store, names);
+      return rounds.length || lines.length > 1 ? "" : `dist(${names.join(", ")})`;
+    },
   },
   {
     id: "hdistance",
@@ -102,7 +105,7 @@ export const DIMENSIONS = [
     key: "Alt+X",
     needs: "a line or an ellipse",
     operands: (one) => when(one.all.length === 1 && only(one, one.lines, one.ellipses), one.all),
-    present: ([a]) => (a.startsWith("L") ? `${a}.angle` : `${a}.rotation`),
+    present: ([a], store) => `${a}.${store.entities.get(a)?.kind === "line" ? "angle" : "rotation"}`,
   },
   {
     id: "sweep",

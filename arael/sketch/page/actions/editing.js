@@ -1,6 +1,7 @@
 /** Actions that change what is there: undo, deleting, looks, switching on and off. */
 
 import { isExpression } from "../draw/texts.js";
+import { renamable } from "../panels/renaming.js";
 import { only, picked } from "../picked.js";
 import { quoted } from "../tools/compose.js";
 
@@ -171,6 +172,18 @@ export const EDITING = [
       const text = textOf(app);
       if (text) app.editText(text);
       else app.typing?.edit?.(picked(app.store).dimensions[0]);
+    },
+  },
+  {
+    id: "rename",
+    title: "Rename",
+    key: "Shift+F2",
+    group: "edit",
+    needs: "an entity or a dimension",
+    enabled: (app) => renamable(app.store) !== "",
+    run: (app) => {
+      app.panels?.show("selection");
+      app.dispatchEvent(new Event("rename"));
     },
   },
 ];

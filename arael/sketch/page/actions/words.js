@@ -34,6 +34,7 @@ export const WORDS = {
   show_glyphs: "relations symbols icons",
   grid: "snap to the grid",
   delete: "erase remove",
+  rename: "name label call",
   save: "store write",
   import: "open load",
 };

@@ -4,17 +4,28 @@ import { fill, h, later, put } from "../dom.js";
 import { mentioning } from "../mention.js";
 import { picked } from "../picked.js";
 import { actionButton } from "../buttons.js";
+import { renamable, rename } from "./renaming.js";
 
 /** @typedef {import("../app.js").App} App */
 
 const MOST = 60;
-const ACTIONS = ["construction", "quiet", "style_solid", "style_dashed", "style_dashdot", "lock", "unlock", "delete"];
-const RELATION_ACTIONS = ["edit_value", "set_derived", "set_driven", "switch_off", "switch_on", "delete"];
+const ACTIONS = ["rename", "construction", "quiet", "style_solid", "style_dashed", "style_dashdot", "lock", "unlock", "delete"];
+const RELATION_ACTIONS = ["edit_value", "rename", "set_derived", "set_driven", "switch_off", "switch_on", "delete"];
 
 /** @param {App} app @param {HTMLElement} element */
 export function mount(app, element) {
   const { store } = app;
-  const names = h("div", { class: "chips" });
+  const names = h("div", {
+    class: "chips",
+    ondblclick: edit,
+    onkeydown: (/** @type {KeyboardEvent} */ event) => {
+      if (event.key !== "F2" || event.shiftKey || event.target instanceof HTMLInputElement) return;
+      event.preventDefault();
+      edit();
+    },
+  });
+  /** Names that are shown: they stay while they are the same, so that a double click has one target. */
+  let written = "";
   const actions = h("div", { class: "row-actions" });
   const facts = h("div", { class: "facts", "aria-live": "polite" });
   const empty = h(
@@ -24,6 +35,16 @@ export function mount(app, element) {
   );
   fill(element, empty, names, actions, facts);
   let asked = 0;
+
+  function edit() {
+    const name = renamable(store);
+    if (!name) return;
+    rename(app, names, name, () => {
+      written = "";
+      show();
+      app.canvas.focus();
+    });
+  }
 
   async function ask() {
     if (!app.panels?.isOpen("selection")) return;
@@ -38,8 +59,12 @@ export function mount(app, element) {
     if (!app.panels?.isOpen("selection")) return;
     const all = [...store.selection];
     empty.hidden = all.length > 0;
-    fill(names, ...mentioning(store, all.slice(0, MOST).join(" ")));
-    if (all.length > MOST) put(names, [`and ${all.length - MOST} more`]);
+    const text = all.join(" ");
+    if (text !== written) {
+      fill(names, ...mentioning(store, all.slice(0, MOST).join(" ")));
+      if (all.length > MOST) put(names, [`and ${all.length - MOST} more`]);
+      written = text;
+    }
     const relation = picked(store).relations.length > 0;
     const ids = (relation ? RELATION_ACTIONS : ACTIONS).filter((id) => app.actions.isEnabled(app.actions.get(id)));
     fill(actions, ...(all.length ? ids.map((id) => actionButton(app, id)) : []));
@@ -48,6 +73,7 @@ export function mount(app, element) {
   }
 
   for (const type of ["selection", "change"]) store.addEventListener(type, show);
+  app.addEventListener("rename", edit);
   return { show };
 }
 
