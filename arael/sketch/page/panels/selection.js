@@ -17,7 +17,7 @@ export function mount(app, element) {
   const { store } = app;
   const names = h("div", {
     class: "chips",
-    ondblclick: edit,
+    ondblclick: (/** @type {MouseEvent} */ { target }) => target instanceof HTMLInputElement || edit(),
     onkeydown: (/** @type {KeyboardEvent} */ event) => {
       if (event.key !== "F2" || event.shiftKey || event.target instanceof HTMLInputElement) return;
       event.preventDefault();

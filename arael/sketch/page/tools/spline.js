@@ -67,7 +67,7 @@ export class ThroughTool extends SplineTool {
 
   preview() {
     const points = this.all.map((place) => place.at);
-    /** @type {import("../types.js").Curve[]} */
+    /** @type {import("../types.js").Spline[]} */
     const curves = points.length >= 2 ? [{ type: "spline", poles: points, pieces: piecesThrough(points) }] : [];
     return { points, guides: [], curves };
   }
