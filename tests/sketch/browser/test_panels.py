@@ -134,7 +134,7 @@ def test_the_history_goes_back_and_forth(own_page: Any) -> None:
     wait(page, "app.store.entities.size === 0")
 
 
-@exercises("action:rename")
+@exercises("panel:selection")
 def test_what_is_selected_is_renamed_by_a_double_click_on_its_name(page: Any) -> None:
     run(page, "length L0 40")
     page.evaluate("app.store.select(['L0'])")
