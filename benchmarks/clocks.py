@@ -76,6 +76,15 @@ def ranges(seed: int) -> tuple[Any, Any]:
     return np.roll(off, -1), np.roll(module.covariance(model), (-1, -1), axis=(0, 1))
 
 
+def camera_imu(seed: int) -> tuple[Any, Any]:
+    """Errors (17,) of a camera and an IMU, and their covariance; the offset is last."""
+    module = example("camera_imu")
+    recording = module.simulate(seed=seed)
+    model = module.problem(recording)
+    model.solve()
+    return module.errors(model, recording), module.covariance(model)
+
+
 def consistency(one: Callable[[int], tuple[Any, Any]], runs: int) -> Consistency:
     """Errors over seeds."""
     found = [one(seed) for seed in range(1, runs + 1)]
@@ -114,7 +123,7 @@ def run(plan: Plan, picture: Path | None) -> list[str]:
     rows = []
     for name, one in (
         ("wheels and a scanner", wheels), ("hand-eye in motion", hand_eye),
-        ("ranges and positions", ranges),
+        ("ranges and positions", ranges), ("camera and IMU", camera_imu),
     ):  # fmt: skip
         c = consistency(one, runs)
         bounds = f"{c.low:.2f} to {c.high:.2f}"

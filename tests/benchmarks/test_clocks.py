@@ -36,7 +36,7 @@ def test_errors_of_their_covariance_are_consistent_and_others_are_not() -> None:
     assert right.offset == pytest.approx(np.sqrt(1.25), rel=0.2)
 
 
-@pytest.mark.parametrize("one", [clocks.wheels, clocks.hand_eye, clocks.ranges])
+@pytest.mark.parametrize("one", [clocks.wheels, clocks.hand_eye, clocks.ranges, clocks.camera_imu])
 def test_a_run_of_each_problem(one: Any) -> None:
     off, covariance = one(1)
     assert len(off) == len(covariance)
